@@ -1,11 +1,14 @@
 """Check a site that was built: links and pictures are there, nothing is fetched, pages have titles and no raw Markdown.
 
+Where Chromium and playwright are installed, tables and outputs have to fit into a window of 1400 px, too.
+
 python docs/check.py build/site
 """
 
 from __future__ import annotations
 
 import re
+import shutil
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
@@ -21,6 +24,15 @@ VERBATIM = {"pre", "code", "script", "style", "svg"}
 BLOCKS = {"div", "dd", "dt", "h1", "h2", "h3", "li", "p", "td", "th"}
 #: Markdown that was not rendered: a link, a fence, bold text, the list item or heading of a line
 MARKDOWN = re.compile(r"\]\([\w./#-]+\)|```|\*\*\S[^*\n]*\*\*|^\s*(?:#{1,4} \S|- \[)", flags=re.MULTILINE)
+
+
+WIDTH = 1400
+"""Of a window in which no page may scroll sideways [px]."""
+WIDER = """() => {
+  const boxes = [...document.querySelectorAll('article pre, article .table-wrapper')];
+  const wide = boxes.filter(box => box.scrollWidth > box.clientWidth + 1).map(box => box.textContent.trim());
+  return document.documentElement.scrollWidth > innerWidth ? ['the page', ...wide] : wide;
+}"""
 
 
 class Page(HTMLParser):
@@ -99,10 +111,31 @@ def faults(site: Path) -> list[str]:
     return found
 
 
+def overflowing(site: Path) -> list[str]:
+    """What does not fit into a window, a line each; nothing where there is no browser to look with."""
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        return []
+    if chromium is None:
+        return []
+    found = []
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        window = browser.new_page(viewport={"width": WIDTH, "height": 900})
+        for file in sorted(site.rglob("*.html")):
+            window.goto(file.as_uri())
+            wide = window.evaluate(WIDER)
+            found += [f"{file.relative_to(site)}: wider than {WIDTH} px: {' '.join(one.split())[:60]}" for one in wide]
+        browser.close()
+    return found
+
+
 def main() -> None:
     """Print what is wrong, or how many pages are right."""
     site = Path(sys.argv[1]).resolve()
-    wrong = faults(site)
+    wrong = faults(site) + overflowing(site)
     pages = len(list(site.rglob("*.html")))
     good = f"{site.name}: {pages} pages with titles, every link inside them leads somewhere, nothing is fetched"
     print("\n".join(wrong) or good)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import logging
+import posixpath
 import re
 import warnings
 from pathlib import Path
@@ -106,6 +107,8 @@ html_copy_source = False
 html_show_sphinx = False
 html_last_updated_fmt = None
 html_theme_options = {"navigation_with_keys": True}
+html_static_path = ["_static"]
+html_css_files = ["wide.css"]
 
 
 PAGES_OUTSIDE = {"README.md": "index.md", "CHANGELOG.md": "changelog.md", "examples/README.md": "gallery/index.rst"}
@@ -145,15 +148,14 @@ def list_the_package(app, docname: str, source: list[str]) -> None:
 
 def adapt_links(app, docname: str, source: list[str]) -> None:
     """Call pages by their titles, not by their files; files of the repository that are pages here lead to those."""
-    source[0] = re.sub(r"\[[\w-]+\.md\](\([\w-]+\.md[^)]*\))", r"[]\1", source[0])
-    if "/" not in docname:
-        source[0] = adapted(source[0])
+    source[0] = re.sub(r"\[[\w-]+\.md\](\([\w./-]+\.md[^)]*\))", r"[]\1", source[0])
+    source[0] = adapted(source[0], "../" * docname.count("/"))
 
 
-def adapted(text: str) -> str:
-    """A page's text, with links to files of the repository that are pages here leading to those."""
+def adapted(text: str, up: str = "") -> str:
+    """A page's text, with links to files of the repository that are pages here leading there; `up` leads to docs/."""
     for file, page in PAGES_OUTSIDE.items():
-        text = text.replace(f"](../{file}", f"]({page}")
+        text = text.replace(f"](../{up}{file}", f"]({up}{page}")
     return text
 
 
@@ -185,21 +187,29 @@ def list_keys(app, what, name, obj, options, lines: list[str]) -> None:
 
 
 def write_list_of_pages(app, error) -> None:
-    """Write `llms.txt`: what the project is, and every page with the line that `index.md` has of it."""
+    """Write `llms.txt`: what the project is, and every page with the line that an index page has of it."""
     if error or app.builder.format != "html":
         return
-    index = (Path(app.srcdir) / "index.md").read_text(encoding="utf-8")
-    what = re.findall(r"^\*\*(.*?)\*\*", index, flags=re.MULTILINE)[0]
-    lines, heading = [f"# {project}", "", f"> {what}", ""], ""
-    for line in index.splitlines():
-        if line.startswith("## "):
-            heading = line
-        elif page := re.fullmatch(r"- \[(.*?)\]\((.*?)\.\w+\): (.*)", adapted(line)):
-            lines += ["", heading, ""] if heading else []
-            heading = ""
-            lines.append(f"- [{page[1]}]({page[2]}.html): {page[3]}")
+    docs = Path(app.srcdir)
+    what = re.findall(r"^\*\*(.*?)\*\*", (docs / "index.md").read_text(encoding="utf-8"), flags=re.MULTILINE)[0]
+    lines = [f"# {project}", "", f"> {what}", ""]
+    for folder in ("", "tutorials", "how-to", "explanation", "reference", "api"):
+        lines += listed_pages((docs / folder / "index.md").read_text(encoding="utf-8"), folder)
     text = re.sub(r"\n{3,}", "\n\n", "\n".join(lines)) + "\n"
     (Path(app.outdir) / "llms.txt").write_text(text, encoding="utf-8")
+
+
+def listed_pages(index: str, folder: str) -> list[str]:
+    """The entries of an index page below their headings, as links from the top of the site."""
+    lines: list[str] = []
+    for line in index.splitlines():
+        if line.startswith("#"):
+            heading = f"## {line.lstrip('# ')}"
+        elif page := re.fullmatch(r"- \[(.*?)\]\((.*?)\.\w+\): (.*)", adapted(line, "../" if folder else "")):
+            lines += ["", heading, ""] if heading else []
+            heading = ""
+            lines.append(f"- [{page[1]}]({posixpath.normpath(posixpath.join(folder, page[2]))}.html): {page[3]}")
+    return lines
 
 
 def setup(app) -> None:

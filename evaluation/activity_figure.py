@@ -1,4 +1,4 @@
-"""The figure of docs/control.md: activities of a control and what leads from one to another, from its own table."""
+"""The figure of control-concept.md: activities of a control and what leads from one to another, from its own table."""
 
 import sys
 from pathlib import Path

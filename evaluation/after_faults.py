@@ -106,7 +106,7 @@ def _row(channel: str, words: str, results: list[tuple[bool, float, float]]) -> 
 
 
 def table(found: dict[str, list[dict[str, Any]]]) -> list[str]:
-    """The table of docs/integrity.md: a fault a row, by what the sensor is given."""
+    """The table of docs/reference/fault-detection.md: a fault a row, by what the sensor is given."""
     names = list(found)
     rows = [f"| fault | {' | '.join(names)} |", "|---" * (len(names) + 1) + "|"]
     for both in zip(*(found[name] for name in names), strict=True):

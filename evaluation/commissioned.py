@@ -1,7 +1,7 @@
 """What a commissioning saves: the next day's lift before any reference, by the data sheet and by what was found.
 
-Each machine is commissioned as docs/commissioning.md says. Then it lifts and lowers its largest usual load; the start
-is known, and the piston meets no end. The seed decides everything.
+Each machine is commissioned as docs/how-to/commission.md says. Then it lifts and lowers its largest usual load; the
+start is known, and the piston meets no end. The seed decides everything.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def _over(days: list[dict[str, float]]) -> dict[str, float]:
 
 
 def table(found: dict[str, dict[str, dict[str, float]]]) -> list[str]:
-    """Table of docs/commissioning.md."""
+    """Table of docs/reference/accuracy-commissioned.md."""
     rows = [
         "| unit | commissioned | largest error | largest standard deviation | largest bound | ok | band, least |",
         "|---|---|---|---|---|---|---|",

@@ -1,7 +1,7 @@
-"""The sheets that docs/studies.md shows: python evaluation/datasheets.py [--runs FOLDER] [--pages-only].
+"""The sheets that docs/reference/data-sheets.md shows: python evaluation/datasheets.py [--runs FOLDER] [--pages-only].
 
 Runs what is not done yet of the studies of both units of the loader and of one machine of each other circuit (a quarter
-of an hour on two cores), copies their pages and numbers to docs/sheets, and renews the tables of docs/studies.md.
+of an hour on two cores), copies their pages and numbers to docs/sheets, and renews their tables.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 import pages
 
 ROOT = Path(__file__).parents[1]
-SHEETS, PAGE, TRACES = ROOT / "docs" / "sheets", ROOT / "docs" / "studies.md", ROOT / "tests" / "traces"
+SHEETS, TRACES = ROOT / "docs" / "sheets", ROOT / "tests" / "traces"
 
 BOOM = ("boom_asbuilt1_workday", "boom_441kN_40C", "boom_441kN_20C", "boom_441kN_60C", "boom_129kN_40C")
 BUCKET = ("bucket_asbuilt1_workday", "bucket_162kN_40C", "bucket_48kN_40C", "bucket_96kN_40C")
@@ -59,7 +59,7 @@ def table(sheets: dict[str, dict[str, Any]]) -> list[str]:
         errors = [f"{1e3 * one['quantiles'][1]['value']:.1f}" for one in sheet["accuracy"]]
         taught = f"{1e3 * sheet['accuracy'][3]['machine']['value']:.1f}"
         said = f"{100 * sheet['validity']['ok']:.0f} %"
-        cells = [f"[{name}](sheets/{name}.html)", str(sheet["machines"]), *errors[:4], taught, said, errors[4]]
+        cells = [f"[{name}](../sheets/{name}.html)", str(sheet["machines"]), *errors[:4], taught, said, errors[4]]
         rows.append(f"| {' | '.join(cells)} |")
     return rows
 
@@ -104,7 +104,7 @@ def main() -> None:
         SHEETS.mkdir(exist_ok=True)
         for name in STUDIES:
             work(name, options.runs)
-    pages.put(PAGE, tables())
+    pages.put_where_marked(tables())
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The pictures of docs/drawings.md: the circuit of every unit of the catalogue, as `ramsight draw` draws it.
+"""The pictures of docs/reference/circuits.md: the circuit of every unit of the catalogue, as `ramsight draw` draws it.
 
 python evaluation/drawings.py docs/images
 """

@@ -48,9 +48,9 @@ def better() -> list[str]:
     stops, link = (f"{together[key]['p95_mm']:.1f} mm" for key in ("stops", "link"))
     return [
         "- A commissioning with a temporary position sensor (`ramsight identify`) reduces the error after three",
-        f"  references from {before} mm to {after} mm on the boom ([data sheets](docs/studies.md)).",
+        f"  references from {before} mm to {after} mm on the boom ([data sheets](docs/reference/data-sheets.md)).",
         f"- An inclinometer of 0.2° on the boom gives {link} with an end stop every 30 minutes. Without it the error",
-        f"  is {stops} with an end stop every 2 minutes ([validation](docs/validation.md#what-a-real-machine-adds)).",
+        f"  is {stops} with an end stop every 2 minutes ([validation](docs/reference/real-machines.md)).",
     ]
 
 

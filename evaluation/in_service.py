@@ -82,7 +82,7 @@ def study(days: int, advance: Callable[[int], object]) -> dict[str, dict[str, An
 
 
 def table(found: dict[str, dict[str, Any]]) -> list[str]:
-    """The table of docs/validation.md."""
+    """The table of docs/reference/real-machines.md."""
     head = "| unit | machine | sensor's description | 95 % within: median, worst day | largest | band | ok beyond 4 σ |"
     rows = [head, "|---|---|---|---|---|---|---|"]
     for unit, kinds in found.items():

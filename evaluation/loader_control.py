@@ -210,7 +210,7 @@ ROWS = {
 
 
 def table(found: dict[str, dict[str, Any]]) -> list[str]:
-    """The figures as docs/loader.md has them, lengths in mm."""
+    """The figures as docs/reference/loader-accuracy.md has them, lengths in mm."""
     columns = ("p95", "largest", "boom_p95", "bucket_p95", "sensor_p95", "tip_median", "tip_p95")
     rows = [
         "| machine, feedback | targets reached | rod, p95 [mm] | largest | boom, p95 | bucket, p95 | sensors, p95 "
@@ -229,7 +229,7 @@ LIMITS = {"sheet_sensor": 2e-3, "deviating": 5e-3}
 
 
 def limits(found: dict[str, dict[str, Any]]) -> list[str]:
-    """What docs/loader.md says of the limits, of visits that are planned and of the time that visits take."""
+    """What the page says of the limits, of visits that are planned and of the time that visits take."""
     sheet, three, planned, due = (
         found[key] for key in ("sheet_sensor", "deviating", "deviating_planned", "deviating_due")
     )
@@ -239,16 +239,18 @@ def limits(found: dict[str, dict[str, Any]]) -> list[str]:
     each = "each" if max(three["boom_p95"], three["bucket_p95"]) <= LIMITS["deviating"] else "not by each"
     more = due["visits_time"] - planned["visits_time"]
     return [
-        f"The limits set beforehand: within {1e3 * LIMITS['sheet_sensor']:g} mm on the data sheet's machine, {held[0]} "
-        f"({_mm(sheet['p95'])}); within {1e3 * LIMITS['deviating']:g} mm after three references",
-        f"without a leak test on the others, {held[1]} by both units together ({_mm(three['p95'])}) and by {each} "
-        f"(boom {_mm(three['boom_p95'])}, bucket {_mm(three['bucket_p95'])}).",
+        f"The limits were set beforehand. Within {1e3 * LIMITS['sheet_sensor']:g} mm on the data sheet's machine is "
+        f"{held[0]} ({_mm(sheet['p95'])}).",
+        f"Within {1e3 * LIMITS['deviating']:g} mm after three references without a leak test on the others is "
+        f"{held[1]} by both units together ({_mm(three['p95'])})",
+        f"and by {each} (boom {_mm(three['boom_p95'])}, bucket {_mm(three['bucket_p95'])}).",
         f"The sensors alone are off by {_mm(three['sensor_p95'])}, as the column says. The visits take "
         f"{three['visits_time']:.0f} s, the ten targets after them {three['work_time']:.0f} s.",
         "",
-        f"Visits planned by what is expected of them ([control.md](control.md)) take {planned['visits_time']:.0f} s "
-        f"and give {_mm(planned['p95'])} in place of {_mm(three['p95'])};",
-        f"taken again when they are due they cost {more:.0f} s more and give {_mm(due['p95'])}.",
+        f"Visits that are planned by their expected worth ([how](../explanation/planned-visits.md)) take "
+        f"{planned['visits_time']:.0f} s",
+        f"and give {_mm(planned['p95'])} in place of {_mm(three['p95'])}. Taken again when they are due they cost "
+        f"{more:.0f} s more and give {_mm(due['p95'])}.",
     ]
 
 

@@ -1,4 +1,4 @@
-"""The figure of docs/kalman.md: modes of the sensor and what leads from one to another, from the sensor's own table."""
+"""The figure of contacts.md: modes of the sensor and what leads from one to another, from the sensor's own table."""
 
 import sys
 from pathlib import Path

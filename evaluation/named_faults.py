@@ -66,7 +66,7 @@ def _row(channel: str, words: str, results: list[tuple[Fault, NamedFault | None]
 
 
 def table(found: list[dict[str, Any]]) -> list[str]:
-    """The table of docs/integrity.md."""
+    """The table of docs/reference/fault-detection.md."""
     rows = [
         "| input | fault | noticed | named | among those left | named wrongly | value off by, median |",
         "|---" * 7 + "|",

@@ -26,6 +26,7 @@ import second_channel
 import tuned_sensor
 import undisturbed
 import unit_control
+import wrong_descriptions
 
 from ramsight.closed_loop import thresholds as loop_thresholds
 from ramsight.constant import constant_table
@@ -38,13 +39,6 @@ from ramsight.sensor.sharing import shared_table
 from ramsight.study.datasheet.statistics import share_of
 
 ROOT = Path(__file__).parents[1]
-PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE, LOADER_PAGE, IDENTIFY_PAGE = (
-    ROOT / "docs" / f"{name}.md"
-    for name in ("kalman", "control", "plant", "validation", "integrity", "safety", "loader", "identify")
-)
-COMMISSIONING_PAGE = ROOT / "docs" / "commissioning.md"
-EXPORT_PAGE = ROOT / "docs" / "export.md"
-THRESHOLDS_PAGE = ROOT / "docs" / "thresholds.md"
 THRESHOLDS = {
     "sensor_thresholds": sensor_thresholds,
     "control_thresholds": control_thresholds,
@@ -201,14 +195,27 @@ CONTROL_TABLES: dict[str, tuple[str, Callable[[Any], list[str]]]] = {
     "drive_loader": ("drive_control", drive_control.loader_table),
     "loop": ("loop_response", loop_response.table),
 }
-"""The tables and lists of docs/control.md by their marks: whose figures, and how they are written."""
+"""The tables and lists of the control by their marks: whose figures, and how they are written."""
 
 LOADER_TABLES: dict[str, Callable[[Any], list[str]]] = {
     "loader": loader_control.table,
     "limits": loader_control.limits,
     "loader_faults": loader_control.fault_table,
 }
-"""The same of docs/loader.md."""
+"""The same of the loader."""
+
+
+def page_of(mark: str) -> Path:
+    """The page of docs that has a mark; index.md repeats those of README.md and is left out."""
+    pages = (page for page in sorted((ROOT / "docs").rglob("*.md")) if page != ROOT / "docs" / "index.md")
+    (found,) = [page for page in pages if f"<!-- {mark} -->\n" in page.read_text(encoding="utf-8")]
+    return found
+
+
+def put_where_marked(tables: dict[str, list[str]]) -> None:
+    """Put rows between their marks, whatever page has them."""
+    for name, rows in tables.items():
+        put(page_of(name), {name: rows})
 
 
 def put(page: Path, tables: dict[str, list[str]]) -> None:
@@ -220,34 +227,38 @@ def put(page: Path, tables: dict[str, list[str]]) -> None:
     write_text(text, page)
 
 
+def all_tables(found: dict[str, Any]) -> dict[str, list[str]]:
+    """Every table that comes from study.json or from the code, by its mark."""
+    tables = {name: table(found[name]) for name, table in TABLES.items()}
+    tables["real_machine"] = real_machine.table(found["real_machine"])
+    tables["in_service"] = in_service.table(found["in_service"])
+    tables |= {"identify": identified(found["identify"]), "tuned_sensor": tuned_sensor.table(found["tuned_sensor"])}
+    tables["commissioned"] = commissioned.table(found["commissioned"])
+    tables["wrong_descriptions"] = wrong_descriptions.table(found["wrong_descriptions"])
+    tables["profiles"] = profiles.table(found["profiles"])
+    tables["effects"] = effects.table(found["effects"])
+    tables |= {"by_signals": by_signals(found["faults"]), "bounds": bounds.table(found["bounds"])}
+    tables |= {"noticed": noticed(found["faults"]), "beyond_bound": beyond_bound(found["faults"])}
+    tables["after_faults"] = after_faults.table(found["after_faults"])
+    tables["named_faults"] = named_faults.table(found["named_faults"])
+    tables["undisturbed"] = undisturbed.table(found["undisturbed"])
+    tables |= {"redundancy": redundancy_table(), "detectors": detector_table().splitlines()}
+    tables["shared"] = shared_table().splitlines()
+    tables |= {name: constant_table(table).splitlines() for name, table in THRESHOLDS.items()}
+    tables["second_channel"] = second_channel.table(found["second_channel"])
+    tables |= {name: table(found["loader_control"]) for name, table in LOADER_TABLES.items()}
+    return tables | {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()}
+
+
 def main() -> None:
     """Put each table between its marks."""
     found = json.loads((ROOT / "study.json").read_text())
-    put(PAGE, {name: table(found[name]) for name, table in TABLES.items()})
-    real = {"real_machine": real_machine.table(found["real_machine"])}
-    put(VALIDATION_PAGE, real | {"in_service": in_service.table(found["in_service"])})
-    identify = {"identify": identified(found["identify"]), "tuned_sensor": tuned_sensor.table(found["tuned_sensor"])}
-    put(IDENTIFY_PAGE, identify)
-    put(COMMISSIONING_PAGE, {"commissioned": commissioned.table(found["commissioned"])})
-    put(PLANT_PAGE, {"effects": effects.table(found["effects"])})
-    integrity = {"by_signals": by_signals(found["faults"]), "bounds": bounds.table(found["bounds"])}
-    integrity |= {"noticed": noticed(found["faults"]), "beyond_bound": beyond_bound(found["faults"])}
-    integrity["after_faults"] = after_faults.table(found["after_faults"])
-    integrity["named_faults"] = named_faults.table(found["named_faults"])
-    integrity["undisturbed"] = undisturbed.table(found["undisturbed"])
-    fixed = {"redundancy": redundancy_table(), "detectors": detector_table().splitlines()}
-    fixed |= {"shared": shared_table().splitlines()}
-    put(INTEGRITY_PAGE, integrity | fixed)
-    put(THRESHOLDS_PAGE, {name: constant_table(table).splitlines() for name, table in THRESHOLDS.items()})
-    put(SAFETY_PAGE, {"second_channel": second_channel.table(found["second_channel"])})
-    put(EXPORT_PAGE, {"profiles": profiles.table(found["profiles"])})
+    put_where_marked(all_tables(found))
     fmeda.renew(found)
-    put(LOADER_PAGE, {name: table(found["loader_control"]) for name, table in LOADER_TABLES.items()})
-    put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})
 
 
 def identified(found: dict[str, dict[str, dict[str, float]]]) -> list[str]:
-    """Table of docs/identify.md: of those told how many intervals hold, and their median half width."""
+    """Table of an identification: of those told how many intervals hold, and their median half width."""
     factors = list(next(iter(found.values())))
     rows = [f"| machine | {' | '.join(factors)} |", "|---" * (len(factors) + 1) + "|"]
     for name, figures in found.items():

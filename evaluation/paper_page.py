@@ -1,7 +1,8 @@
-"""Writes docs/paper.md and its figures from a run of the study: python evaluation/paper_page.py."""
+"""Writes the pages of the paper and their figures from a run of the study: python evaluation/paper_page.py."""
 
 from __future__ import annotations
 
+import re
 import textwrap
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from ramsight.reproduction.figure_style import draw
 from ramsight.reproduction.markdown import MEANING, chapter_lines, table_lines, typeset
 
 ROOT = Path(__file__).parents[1]
-PAGE, FIGURES = ROOT / "docs" / "paper.md", ROOT / "docs" / "paper"
+PAGES, FIGURES = ROOT / "docs" / "reference", ROOT / "docs" / "paper"
 _DRAWN = ("fig01_loader", "fig02_circuit", "fig05_hydraulics", "fig06_pumps")
 SHOWN = (
     *_DRAWN,
@@ -57,6 +58,35 @@ Three sensors see every run: the paper's table; a volume balance, which is given
 exact parameters; and the self-calibrating sensor, which has the data sheet and learns the rest.
 """
 
+CHAPTERS = {
+    "paper-open": (
+        "The paper: what it leaves open",
+        "The machine as drawn, what the paper does not say and what that is worth, and what it takes for granted. "
+        "Each chapter holds statements of the paper against this run.",
+        ("drawn", "how the position", "leaves open", "for granted"),
+    ),
+    "paper-cycles": (
+        "The paper: cycles and references",
+        "The errors of one cycle, of cycles with cold and hot oil, and of many cycles with and without references. "
+        "The last chapter says where they come from. Each chapter holds statements of the paper against this run.",
+        ("one lift-lower", "cold and", "repeated", "ramps"),
+    ),
+    "paper-limits": (
+        "The paper: other machines and loads",
+        "How the sensors do at other speeds and on machines that differ from their data sheet. Then temperatures "
+        "are wrong, loads change, and the relief pressure is near. Each chapter holds statements of the "
+        "paper against this run.",
+        ("other speeds", "machines that", "pumps that", "oil temperature", "load change", "relief"),
+    ),
+    "paper-system": (
+        "The paper: hoses, mechanism and energy",
+        "Hoses, the model of hydraulics and kinematics together, where the energy goes, and the paper's bench. "
+        "Each chapter holds statements of the paper against this run.",
+        ("hoses", "combined", "energy", "bench"),
+    ),
+}
+"""Pages of chapters: title, summary, and words of the titles of the chapters that it has."""
+
 FOOT = """## A table of your own
 
 ```sh
@@ -84,14 +114,35 @@ print(sensor.step(0.0, 0.0, 0.0, 313.15, reference=0.25).position)  # 0.25
 """
 
 
+def texts(study: Study) -> dict[str, str]:
+    """Every page of a study, by the name of its file."""
+    pages = {"paper": text(study)}
+    shown = [one for one in study.chapters if not any(name in one.title.lower() for name in _LEFT_OUT)]
+    for name, (title, summary, _) in CHAPTERS.items():
+        own = [one for one in shown if page_of(one) == name]
+        lines = [f"# {title}", "", f"{summary} [The paper, reproduced](paper.md) lists every statement.", ""]
+        pages[name] = _joined([*lines, *(line for one in own for line in (*_chapter(one), ""))])
+    return pages
+
+
+def page_of(chapter: Chapter) -> str:
+    """The page that has a chapter."""
+    title = chapter.title.lower()
+    (name,) = [page for page, (_, _, words) in CHAPTERS.items() if any(word in title for word in words)]
+    return name
+
+
 def text(study: Study) -> str:
-    """The page of a study."""
+    """The first page: what the study is, and everything in the paper with its verdict."""
     lines = [HEAD, "## Everything in the paper, and how it fared", "", f"{study.summary()}. {MEANING}", ""]
     lines += table_lines(("in the paper", "what it is or says", "where it is here", "verdict"), coverage_rows(study))
-    for chapter in study.chapters:
-        if not any(name in chapter.title.lower() for name in _LEFT_OUT):
-            lines += ["", *_chapter(chapter)]
-    return "\n".join(_wrapped(line) for line in [*lines, "", FOOT]).rstrip() + "\n"
+    lines += ["", "The chapters are on pages of their own:", ""]
+    lines += [f"- [{title}]({name}.md)" for name, (title, _, _) in CHAPTERS.items()]
+    return _joined([*lines, "", FOOT])
+
+
+def _joined(lines: list[str]) -> str:
+    return re.sub(r"\n{3,}", "\n\n", "\n".join(_wrapped(line) for line in lines)).rstrip() + "\n"
 
 
 def _chapter(chapter: Chapter) -> list[str]:
@@ -102,7 +153,7 @@ def _chapter(chapter: Chapter) -> list[str]:
         *lines,
         *said,
         *([""] if said else []),
-        *(f"![{typeset(picture.caption)}](paper/{picture.name}.png)\n" for picture in shown),
+        *(f"![{typeset(picture.caption)}](../paper/{picture.name}.png)\n" for picture in shown),
     ]
 
 
@@ -117,13 +168,14 @@ def _wrapped(line: str) -> str:
 
 
 def main() -> None:
-    """Redo the study and write the page."""
+    """Redo the study and write the pages."""
     study = reproduce()
     for picture in study.pictures:
         if picture.name in SHOWN:
             draw(picture, FIGURES)
             (FIGURES / f"{picture.name}.svg").unlink()
-    write_text(text(study), PAGE)
+    for name, written in texts(study).items():
+        write_text(written, PAGES / f"{name}.md")
 
 
 if __name__ == "__main__":

@@ -377,7 +377,7 @@ def study(days: int, advance: Callable[[int], object]) -> dict[str, Any]:
 
 
 def table(found: dict[str, Any]) -> list[str]:
-    """The table of docs/validation.md."""
+    """The table of docs/reference/real-machines.md."""
     head = ["| effect | sensor's description | 95 % within: median, worst day | largest | band | ok beyond 4 σ | ok |"]
     rows = [*head, "|---|---|---|---|---|---|---|"]
     for key, kinds in found["alone"].items():

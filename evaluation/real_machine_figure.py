@@ -1,4 +1,4 @@
-"""Figures of docs/validation.md, of machines with every effect: what the sensor says of its error, and of leakage.
+"""Figures of real-machines.md, of machines with every effect: what the sensor says of its error, and of leakage.
 
 python evaluation/real_machine_figure.py [--days 6] [--out docs/images]
 """

@@ -1,7 +1,7 @@
 """Runs the studies that the docs quote and writes their figures: python evaluation/run.py --out study.json [--only X].
 
-The real-oil study needs the data of the UCI repository (see docs/identify.md) in a folder that is given by --data or
-by RAMSIGHT_DATA; without it its figures in the file stay as they are.
+The real-oil study needs the data of the UCI repository (docs/reference/real-oil.md) in a folder that is given by --data
+or by RAMSIGHT_DATA; without it its figures in the file stay as they are.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ import tuned_sensor
 import undisturbed
 import unit_control
 import work_days
+import wrong_descriptions
 
 from ramsight.output import write_text
 from ramsight.progress import progress
@@ -91,6 +92,11 @@ STUDIES = {
     ),
     "commissioned": Study(
         "machines commissioned", lambda given: commissioned.runs(), lambda given, advance: commissioned.study(advance)
+    ),
+    "wrong_descriptions": Study(
+        "machines described wrongly",
+        lambda given: wrong_descriptions.runs(),
+        lambda given, advance: wrong_descriptions.study(advance),
     ),
     "leak_learning": Study(
         "leakages learned", lambda given: leak_learning.runs(), lambda given, advance: leak_learning.study(advance)

@@ -1,4 +1,4 @@
-"""The tour of docs/studio.md: the studio in Chromium, recorded as a moving picture.
+"""The tour of docs/how-to/studio.md: the studio in Chromium, recorded as a moving picture.
 
 python evaluation/studio_tour.py docs/images/studio-tour.gif
 """

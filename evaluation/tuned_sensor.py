@@ -94,7 +94,7 @@ def _figures(days: list[dict[str, float]]) -> dict[str, float]:
 
 
 def table(found: dict[str, dict[str, dict[str, float]]]) -> list[str]:
-    """Table of docs/identify.md."""
+    """Table of docs/reference/accuracy-commissioned.md."""
     rows = ["| machine | | data sheet's sensor | tuned sensor | tuned one worse |", "|---|---|---|---|---|"]
     for name, kinds in found.items():
         for kind, f in kinds.items():

@@ -117,7 +117,7 @@ def runs(seeds: int = SEEDS) -> int:
 
 
 def table(found: dict[str, dict[str, Any]]) -> list[str]:
-    """The figures as docs/control.md has them, lengths in mm."""
+    """The figures as docs/reference/control-accuracy.md has them, lengths in mm."""
     rows = [
         "| unit | stroke | targets reached | rod, p95 | largest | sensor, p95 | load step | a minute at rest | stops |",
         "|---" * 9 + "|",

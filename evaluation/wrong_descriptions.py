@@ -89,7 +89,7 @@ def row(name: str, path: str, off: float, true: float, found: Judgement) -> dict
     }
 
 
-def table(rows: list[dict[str, Any]]) -> str:
+def table(rows: list[dict[str, Any]]) -> list[str]:
     """The study as a table: a line for each value, with and without a measured position."""
     lines = [
         "| machine | wrong value, 10 % off | position | named first | named | interval holds the true value |",
@@ -109,4 +109,4 @@ def table(rows: list[dict[str, Any]]) -> str:
         lines.append(
             f"| {name} | `{path}` | {position} | {len(first)} of {len(those)} | {len(known)} of {len(those)} | {holds} |"
         )
-    return "\n".join(lines)
+    return lines

@@ -1,4 +1,4 @@
-"""Writes the table of docs/reliability.md from fuzz.json, between its marks: python fuzz/page.py."""
+"""Writes the table of docs/reference/fuzzing.md from fuzz.json, between its marks: python fuzz/page.py."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "reliability.md"
+PAGE = ROOT / "docs" / "reference" / "fuzzing.md"
 COLUMNS = ("tried", "read", "warned", "refused", "crashed", "hung", "silently_wrong")
 
 

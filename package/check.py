@@ -32,7 +32,9 @@ NEEDED = (
     "ramsight/showcase/demo/workday.csv.gz",
     "ramsight/showcase/demo/workday_truth.csv.gz",
 )
-WHEEL_TOO = ("ramsight/studio/faq.md",)  # a copy of docs/faq.md
+WHEEL_TOO = tuple(
+    f"ramsight/studio/{page}.md" for page in ("status", "status-invalid", "messages")
+)  # copies of docs/reference
 SDIST_TOO = (
     "pyproject.toml",
     "README.md",
@@ -42,7 +44,7 @@ SDIST_TOO = (
     "Makefile",
     "tests/conftest.py",
     "docs/index.md",
-    "docs/faq.md",
+    "docs/reference/status.md",
 )
 
 

@@ -35,7 +35,7 @@ from .control_bench import number, numbers
 
 BOOM = build(machine.load_machine("mining-loader").unit("boom"), "boom")
 DT, WARM = 0.02, 313.15
-PAGE = Path(__file__).parent.parent / "docs" / "control.md"
+PAGE = Path(__file__).parent.parent / "docs" / "explanation" / "control-concept.md"
 
 
 @pytest.mark.parametrize("activity", Activity)

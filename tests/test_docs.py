@@ -1,7 +1,6 @@
 """What is written down is true: examples run, and the figures are those of the benchmark."""
 
 import ast
-import contextlib
 import doctest
 import importlib
 import json
@@ -45,7 +44,7 @@ def test_the_page_of_python_runs(tmp_path, monkeypatch):
     (tmp_path / "tests").symlink_to(ROOT / "tests")
     monkeypatch.chdir(tmp_path)
     plot, track, many, sweep = re.findall(
-        r"```python\n(.*?)```", (ROOT / "docs" / "python.md").read_text(), flags=re.DOTALL
+        r"```python\n(.*?)```", (ROOT / "docs" / "how-to" / "python.md").read_text(), flags=re.DOTALL
     )
     assert len([line for line in plot.splitlines() if line]) == 3
     assert len([line for line in many.splitlines() if line]) <= 10
@@ -87,7 +86,7 @@ def test_the_readme_is_short_and_names_verbs_that_exist():
 
 
 def test_the_page_of_commands_has_every_verb():
-    verbs, named = verbs_and_named("docs/commands.md")
+    verbs, named = verbs_and_named("docs/reference/commands.md")
     assert named == verbs
 
 
@@ -102,7 +101,10 @@ def test_what_to_expect_is_what_sheets_and_studies_found(name, monkeypatch):
 
 
 def test_the_performance_page_quotes_the_benchmark():
-    found, page = json.loads((ROOT / "bench.json").read_text()), (ROOT / "docs" / "performance.md").read_text()
+    found, page = (
+        json.loads((ROOT / "bench.json").read_text()),
+        (ROOT / "docs" / "reference" / "performance.md").read_text(),
+    )
     quoted = [
         f"**{found['single_ms']:.2f}**",
         f"| {found['single_c_ms']:.2f} |",
@@ -128,18 +130,37 @@ def test_the_performance_page_quotes_the_benchmark():
     assert max(found[key] for key in ("single_error_m", "batch_error_m", "c_error_m")) < 1e-6
 
 
-def test_the_page_of_the_kalman_sensor_quotes_the_study(monkeypatch):
+def test_every_table_that_a_script_writes_is_that_of_study_and_code(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
-    found, page = json.loads((ROOT / "study.json").read_text()), (ROOT / "docs" / "kalman.md").read_text()
-    for name, table in pages.TABLES.items():
-        assert "\n".join(table(found[name])) in page
+    tables = pages.all_tables(json.loads((ROOT / "study.json").read_text()))
+    assert {"recorded", "faults", "structure", "commissioned", "tuned_sensor", "sensor_thresholds"} <= tables.keys()
+    for name, rows in tables.items():
+        block = f"<!-- {name} -->\n\n" + "\n".join(rows) + f"\n\n<!-- end of {name} -->"
+        assert block in pages.page_of(name).read_text(encoding="utf-8"), name
+
+
+def test_the_outputs_of_the_sensor_are_those_of_the_code(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    outputs = importlib.import_module("sensor_outputs")
+    rows = outputs.rows()
+    assert "\n".join(rows) in (ROOT / "docs" / "reference" / "outputs.md").read_text(encoding="utf-8")
+    assert {row.split(" | ")[-1] for row in rows[2:]} == {"always |", "with further signals |"}
+
+
+def test_the_keys_of_a_description_are_those_of_its_models(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    keys = importlib.import_module("description_keys")
+    page = (ROOT / "docs" / "reference" / "description-keys.md").read_text(encoding="utf-8")
+    assert "\n".join(keys.rows()) in page
+    for key in ("`bore`", "`leak_walk`", "`pilot_ratio`", "`retracted_length`", "`visit_every`", "`torque_gain`"):
+        assert f"| {key} |" in page
 
 
 def test_the_page_of_thresholds_has_every_number_of_sensor_and_control(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
-    page = pages.THRESHOLDS_PAGE.read_text()
+    page = (ROOT / "docs" / "reference" / "thresholds.md").read_text()
     for name, table in pages.THRESHOLDS.items():
         assert f"<!-- {name} -->\n\n{constant_table(table)}\n\n<!-- end of {name} -->" in page
         for constant, value in constants_of(table).items():
@@ -165,12 +186,20 @@ def test_the_pages_of_faults_quote_code_and_study(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
     found = json.loads((ROOT / "study.json").read_text())
-    page, safety = ((ROOT / "docs" / f"{name}.md").read_text() for name in ("integrity", "safety"))
-    assert detector_table() in page
-    assert "\n".join(redundancy.redundancy_table()) in page
-    for table in (pages.by_signals, pages.noticed, pages.beyond_bound):
-        assert "\n".join(table(found["faults"])) in page
-    assert "\n".join(pages.bounds.table(found["bounds"])) in page
+    names = (
+        "reference/detectors",
+        "explanation/signals",
+        "reference/fault-detection",
+        "reference/fault-bounds",
+        "safety",
+    )
+    detectors_page, signals, faults, bounds, safety = ((ROOT / "docs" / f"{name}.md").read_text() for name in names)
+    assert detector_table() in detectors_page
+    assert "\n".join(redundancy.redundancy_table()) in signals
+    for table in (pages.faults, pages.by_signals, pages.noticed):
+        assert "\n".join(table(found["faults"])) in faults
+    assert "\n".join(pages.beyond_bound(found["faults"])) in bounds
+    assert "\n".join(pages.bounds.table(found["bounds"])) in bounds
     assert "\n".join(pages.second_channel.table(found["second_channel"])) in safety
     both = found["faults"]["+ counter and DC power"]
     wrong = [row for row in both["rows"] if row["input"] in ("motor_speed", "motor_torque")]
@@ -197,7 +226,7 @@ def test_the_page_of_the_plant_quotes_what_each_effect_moves(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     effects = importlib.import_module("effects")
     found = json.loads((ROOT / "study.json").read_text())["effects"]
-    assert "\n".join(effects.table(found)) in (ROOT / "docs" / "plant.md").read_text()
+    assert "\n".join(effects.table(found)) in (ROOT / "docs" / "reference" / "effects.md").read_text()
     assert [row["name"] for row in found] == [effect.name for effect in effects.EFFECTS]
 
 
@@ -207,34 +236,34 @@ def test_the_page_of_the_real_actuator_quotes_what_was_measured(monkeypatch):
     assert "\n".join(page.table(page.read())) in (ROOT / "docs" / "validation.md").read_text()
 
 
-def test_the_page_of_the_real_actuator_quotes_the_loader_in_service(monkeypatch):
+def test_the_page_of_real_machines_quotes_the_loader_in_service(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     study = importlib.import_module("in_service")
     found = json.loads((ROOT / "study.json").read_text())["in_service"]
-    assert "\n".join(study.table(found)) in (ROOT / "docs" / "validation.md").read_text()
+    assert "\n".join(study.table(found)) in (ROOT / "docs" / "reference" / "real-machines.md").read_text()
 
 
-def test_the_page_of_the_control_quotes_the_study_and_its_python_runs(monkeypatch, tmp_path):
+def test_the_pages_of_the_control_quote_the_study_and_their_python_runs(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     study = importlib.import_module("unit_control")
-    found, page = json.loads((ROOT / "study.json").read_text())["unit_control"], (ROOT / "docs/control.md").read_text()
+    found = json.loads((ROOT / "study.json").read_text())["unit_control"]
+    accuracy = (ROOT / "docs" / "reference" / "control-accuracy.md").read_text()
     for rows in (study.table(found), study.fault_table(found)):
-        assert "\n".join(rows) in page
+        assert "\n".join(rows) in accuracy
     assert all(row["standstill"] <= 0.3 for row in found.values())
     everything, tables = json.loads((ROOT / "study.json").read_text()), importlib.import_module("pages")
     for name, (study_name, rows) in tables.CONTROL_TABLES.items():
-        assert "\n".join(rows(everything[study_name])) in page, name
+        assert "\n".join(rows(everything[study_name])) in tables.page_of(name).read_text(), name
     margins = [row for drives in everything["loop_response"].values() for row in drives.values()]
     assert min(row["phase_margin"] for row in margins) > 60.0
     assert min(row["gain_margin"] or 10.0 for row in margins) > 3.0
-    first, second, own = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
+    page = (ROOT / "docs" / "how-to" / "control.md").read_text()
+    first, second = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
     names = {}
     exec(first, names)
     assert names["loop"].now.position["ram"] == pytest.approx(0.05, abs=4e-3)
     exec(second, names)
     assert names["loop"].now.position["ram"] == pytest.approx(0.3, abs=4e-3)
-    monkeypatch.chdir(tmp_path)
-    exec(own, {})
 
 
 def test_no_drive_as_it_is_declared_is_stopped_in_hours_of_work_with_its_noise_or_without():
@@ -248,7 +277,8 @@ def test_no_drive_as_it_is_declared_is_stopped_in_hours_of_work_with_its_noise_o
 def test_the_page_of_studies_quotes_its_sheets_and_the_benchmark(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     sheets = importlib.import_module("datasheets")
-    page = (ROOT / "docs" / "studies.md").read_text()
+    pages = ((ROOT / "docs" / name).read_text() for name in ("reference/data-sheets.md", "explanation/error-budget.md"))
+    page = "".join(pages)
     for name, rows in sheets.tables().items():
         assert "\n".join(rows) in page, name
     for name, sheet in sheets.found().items():
@@ -268,44 +298,56 @@ def test_the_page_of_studies_quotes_its_sheets_and_the_benchmark(monkeypatch):
         f"{bench['study_peak_mib']:.0f} MiB",
         f"{bench['study_store_bytes_per_machine'] / 1000:.1f} kB",
     ):
-        assert quoted in page, quoted
+        assert quoted in " ".join(page.split()), quoted
 
 
 def test_the_page_of_the_studio_quotes_the_benchmark(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
     bench = importlib.import_module("studio")
     found = json.loads((ROOT / "studio.json").read_text())
-    assert "\n".join(bench.table(found)) in (ROOT / "docs" / "studio.md").read_text()
+    assert "\n".join(bench.table(found)) in (ROOT / "docs" / "how-to" / "studio-views.md").read_text()
 
 
 def test_the_page_of_reliability_quotes_the_fuzzing(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "fuzz")
     page = importlib.import_module("page")
     found = json.loads((ROOT / "fuzz.json").read_text())
-    assert "\n".join(page.table(found)) in (ROOT / "docs" / "reliability.md").read_text()
+    assert "\n".join(page.table(found)) in (ROOT / "docs" / "reference" / "fuzzing.md").read_text()
     for name, section in found["sections"].items():
         assert (name, section["crashed"], section["hung"], section["silently_wrong"]) == (name, 0, 0, 0)
         assert section["tried"] >= 100
 
 
 def test_the_page_of_the_kalman_sensor_quotes_the_benchmark():
-    found, page = json.loads((ROOT / "bench.json").read_text()), (ROOT / "docs" / "kalman.md").read_text()
+    found, page = json.loads((ROOT / "bench.json").read_text()), (ROOT / "docs/reference/accuracy.md").read_text()
     assert f"{found['kalman_replay_samples_per_s'] / 1e6:.1f} million samples a second" in page
     assert f"{found['kalman_step_us']:.1f} µs" in page
 
 
-PAGES = sorted(page.relative_to(ROOT / "docs").as_posix() for page in (ROOT / "docs").rglob("*.md"))
+IN_FOLDERS = (page for page in (ROOT / "docs").rglob("*.md") if "gallery" not in page.parts)
+PAGES = sorted(page.relative_to(ROOT / "docs").as_posix() for page in IN_FOLDERS)
 # What speaks of the project as it is today, and not of former versions.
 TODAYS = [*(f"docs/{page}" for page in PAGES), "README.md", "CONTRIBUTING.md"]
 
 
+LISTS = [page for page in PAGES if page.endswith("index.md")]
+
+
+def listed(above, what):
+    """The pages of an index page's contents, or of its lines with a description."""
+    text = (ROOT / "docs" / above).read_text()
+    entries = [line for block in re.findall(r"```{toctree}\n(.*?)```", text, flags=re.DOTALL) for line in block.split()]
+    described = re.findall(r"^- \[.+\]\(([\w./-]+)\.md\): .+", text, flags=re.MULTILINE)
+    folder = (ROOT / "docs" / above).parent
+    names = {"contents": entries, "described": described}[what]
+    return [(folder / f"{name}.md").resolve() for name in names if not name.startswith(":")]
+
+
 @pytest.mark.parametrize("page", [page for page in PAGES if page != "index.md"])
-def test_every_page_is_listed_once_by_the_page_above_it(page):
-    above = ROOT / "docs" / ("index.md" if page.count("/") == 0 or page.endswith("/index.md") else "api/index.md")
-    entry = (ROOT / "docs" / page).relative_to(above.parent).as_posix().removesuffix(".md")
-    contents = re.findall(r"```{toctree}\n(.*?)```", above.read_text(), flags=re.DOTALL)
-    assert [line for block in contents for line in block.splitlines()].count(entry) == 1
-    assert len(re.findall(rf"^- \[.+\]\({entry}\.md\): .+", above.read_text(), flags=re.MULTILINE)) == 1
+@pytest.mark.parametrize("what", ["contents", "described"])
+def test_every_page_is_listed_once_by_an_index_page(page, what):
+    found = [one for above in LISTS for one in listed(above, what)]
+    assert found.count((ROOT / "docs" / page).resolve()) == 1
 
 
 def test_the_site_takes_nothing_from_another_host():
@@ -352,25 +394,6 @@ def test_what_runs_before_a_commit_is_the_lint():
     assert [hook["entry"] for hook in local["hooks"]] == entries
     for hook in local["hooks"]:
         assert (hook["language"], hook["pass_filenames"], hook["always_run"]) == ("system", False, True)
-
-
-def test_getting_started_runs_as_it_stands(monkeypatch, tmp_path, capsys):
-    from ramsight.cli import main
-
-    page = (ROOT / "docs" / "getting-started.md").read_text()
-    description, program = (re.findall(rf"```{kind}\n(.*?)```", page, flags=re.DOTALL) for kind in ("toml", "python"))
-    assert len(description[0].splitlines()) <= 80
-    (tmp_path / "tests").symlink_to(ROOT / "tests")
-    (tmp_path / "my-machine.toml").write_text(description[0], encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.argv", ["ramsight", "check", "my-machine.toml"])
-    monkeypatch.delenv("COLUMNS", raising=False)  # a worker of the tests has it from its terminal
-    with contextlib.suppress(SystemExit):
-        main()
-    checked = "\n".join(line.rstrip() for line in capsys.readouterr().out.strip().splitlines())
-    assert f"```text\n{checked}\n```" in page
-    exec(program[0], {})
-    assert float(capsys.readouterr().out) == pytest.approx(0.0472, abs=2e-4)
 
 
 def test_every_assumption_that_the_logs_know_can_be_varied(monkeypatch):

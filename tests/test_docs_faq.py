@@ -1,4 +1,4 @@
-"""docs/faq.md has every status, verdict, check and warning in the words of the code; the glossary is short."""
+"""The pages of statuses and messages have each in the words of the code; the glossary is short."""
 
 import ast
 import re
@@ -11,7 +11,8 @@ from ramsight.study.commissioning import finding
 
 ROOT = Path(__file__).parent.parent
 SOURCE = Path(ramsight.__file__).parent
-FAQ = (ROOT / "docs" / "faq.md").read_text(encoding="utf-8")
+NAMES = ("status", "status-invalid", "messages")
+FAQ = "\n".join((ROOT / "docs" / "reference" / f"{name}.md").read_text(encoding="utf-8") for name in NAMES)
 RESERVED = {Status.CAVITATION}
 """Statuses that no sensor reports."""
 
@@ -63,9 +64,11 @@ def test_the_warnings_are_worded_as_in_the_code():
 
 
 def test_the_glossary_is_short_and_sorted_and_other_pages_use_its_words():
-    terms = re.findall(r"^(\S.*)\n: ", (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    terms = re.findall(
+        r"^(\S.*)\n: ", (ROOT / "docs" / "reference" / "glossary.md").read_text(encoding="utf-8"), flags=re.MULTILINE
+    )
     assert 20 <= len(terms) <= 40
     assert terms == sorted(terms, key=str.casefold)
-    pages = [page for page in (ROOT / "docs").glob("*.md") if page.name != "glossary.md"]
+    pages = [page for page in (ROOT / "docs").rglob("*.md") if page.name != "glossary.md"]
     text = "\n".join(page.read_text(encoding="utf-8").casefold() for page in pages)
     assert [term for term in terms if term.casefold() not in text] == []

@@ -26,7 +26,7 @@ def test_what_effects_move_is_as_the_page_of_the_plant_says(evaluation, monkeypa
     monkeypatch.setattr(effects, "EFFECTS", tuple(one for one in effects.EFFECTS if one.name in names))
     fresh = effects.table(effects.study(lambda _: None))
     assert len(fresh) == 2 + len(names) + 1  # oil cools at two places
-    assert [row for row in fresh if row not in rows_of("plant")] == []
+    assert [row for row in fresh if row not in rows_of("reference/effects")] == []
 
 
 @pytest.mark.parametrize("log", ["boom_441kN_40C", "boom_asbuilt1_leaktest"])
@@ -34,14 +34,14 @@ def test_a_recorded_log_is_followed_as_the_page_of_the_sensor_says(evaluation, l
     found = evaluation("recorded").judged(only=(log,))
     head, line, *fresh = evaluation("pages").recorded({name: asdict(one) for name, one in found.items()})
     assert fresh
-    assert [row for row in (head, line, *fresh) if row not in rows_of("kalman")] == []
+    assert [row for row in (head, line, *fresh) if row not in rows_of("reference/accuracy")] == []
 
 
 @pytest.mark.parametrize("name", ["direct driven", "forklift"])
 def test_a_lost_torque_stops_a_unit_as_the_page_of_the_control_says(evaluation, name):
     study = evaluation("unit_control")
     fresh = study.fault_table({name: study.lost(study.catalogued(*study.UNITS[name]))})
-    assert [row for row in fresh if row not in rows_of("control")] == []
+    assert [row for row in fresh if row not in rows_of("reference/control-accuracy")] == []
 
 
 def test_the_margins_of_a_loop_are_as_the_page_of_the_control_says(evaluation, monkeypatch):
@@ -51,4 +51,4 @@ def test_the_margins_of_a_loop_are_as_the_page_of_the_control_says(evaluation, m
     monkeypatch.setattr(study, "DRIVES", {drive: study.DRIVES[drive]})
     fresh = study.table(study.study())
     assert len(fresh) == 3
-    assert [row for row in fresh if row not in rows_of("control")] == []
+    assert [row for row in fresh if row not in rows_of("explanation/control-stability")] == []

@@ -1,6 +1,7 @@
 """docs/check.py sees pages without a title, Markdown that was not rendered, and links to nowhere."""
 
 import importlib.util
+import shutil
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,18 @@ def test_a_page_with_a_fault_is_seen(check, tmp_path, text, fault):
 def test_code_and_signatures_are_no_markdown(check, tmp_path, body):
     (tmp_path / "page.html").write_text(page(body=body), encoding="utf-8")
     assert check.faults(tmp_path) == []
+
+
+def test_a_table_or_an_output_that_is_too_wide_is_seen(check, tmp_path):
+    pytest.importorskip("playwright.sync_api")
+    if not (shutil.which("chromium") or shutil.which("chromium-browser")):
+        pytest.skip("needs a Chromium")
+    style = "<style>pre, .table-wrapper {width: 700px; overflow: auto}</style>"
+    bodies = {"narrow": "<pre>a</pre>", "page": "<p style='width: 2000px'>a</p>", "wide": f"<pre>{'a' * 500}</pre>"}
+    for name, body in bodies.items():
+        (tmp_path / f"{name}.html").write_text(page(body=f"{style}<article>{body}</article>"), encoding="utf-8")
+    found = check.overflowing(tmp_path)
+    assert [line.partition(":")[0] for line in found] == ["page.html", "wide.html"]
 
 
 def test_the_header_of_the_gallery_is_found_before_the_list_of_examples():

@@ -256,12 +256,12 @@ def test_the_pages_pictures_are_what_is_drawn_today(monkeypatch):
     root = Path(__file__).parent.parent
     monkeypatch.syspath_prepend(root / "evaluation")
     pictures = importlib.import_module("drawings")
-    page = (root / "docs" / "drawings.md").read_text(encoding="utf-8")
+    page = (root / "docs" / "reference" / "circuits.md").read_text(encoding="utf-8")
     assert list(pictures.units()) == UNITS
     for name, unit in UNITS:
         file = pictures.file_name(name, unit)
         assert (root / "docs" / "images" / file).read_text(encoding="utf-8") == ramsight.draw(name, unit=unit)
-        assert f"](images/{file})" in page
+        assert f"](../images/{file})" in page
     assert len(list((root / "docs" / "images").glob("circuit-*.svg"))) == len(UNITS)
 
 

@@ -93,11 +93,12 @@ def test_what_the_package_hands_out_and_what_not():
         ramsight.casadi_modle  # noqa: B018
 
 
-def test_the_toml_of_the_plants_page_is_read():
+def test_the_toml_of_the_plants_pages_is_read():
     from ramsight import machine
     from ramsight.machine.efficiencies import read_efficiencies
 
-    text = (ROOT / "docs" / "plant.md").read_text(encoding="utf-8")
+    pages = ("explanation/pump-laws", "explanation/heat", "how-to/own-circuit")
+    text = "\n".join((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8") for page in pages)
     blocks = [tomllib.loads(textwrap.dedent(block)) for block in re.findall(r"```toml\n(.*?)```", text, re.S)]
     (table,) = (block for block in blocks if "efficiency_table" in block)
     (circuit,) = (block for block in blocks if "ram" in block.get("units", {}))

@@ -289,7 +289,12 @@ def test_a_tuned_sensor_of_a_mast_is_no_worse_on_the_next_day(coverage, mast, mo
 def test_the_page_quotes_the_studies(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
-    found, page = json.loads((ROOT / "study.json").read_text()), (ROOT / "docs" / "identify.md").read_text()
+    found, page = (
+        json.loads((ROOT / "study.json").read_text()),
+        "".join(
+            (ROOT / "docs" / "reference" / f"{name}.md").read_text() for name in ("real-oil", "accuracy-commissioned")
+        ),
+    )
     real, machines = found["real_oil"], found["identify"]
     quoted = [
         f"{real['residual_percent']:.2f} %",

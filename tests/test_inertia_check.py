@@ -130,7 +130,10 @@ def test_the_page_quotes_what_was_measured(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     inertia = importlib.import_module("inertia")
     found = json.loads((ROOT / "evaluation" / "inertia.json").read_text())
-    page = (ROOT / "docs" / "integrity.md").read_text(encoding="utf-8")
+    page = "".join(
+        (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+        for name in ("explanation/detection", "reference/detectors")
+    )
     assert "\n".join(inertia.table(found)) in page
     assert inertia.sentence(found) in page.replace("\n", " ")
     assert inertia.gains(found) in page.replace("\n", " ")

@@ -289,15 +289,16 @@ def test_the_pdf_has_every_page(folder, study):
     assert pdf.count(b"/Type /Page ") > len(study.pictures) / 2
 
 
-def test_the_page_of_the_docs_is_this_run(study, monkeypatch):
+def test_the_pages_of_the_docs_are_this_run(study, monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     import paper_page
 
     number = re.compile(r"\d+(?:\.\d+)?")
-    written, told = paper_page.PAGE.read_text(encoding="utf-8"), paper_page.text(study)
-    assert number.sub("#", told).split() == number.sub("#", written).split()
-    for one, other in zip(number.findall(told), number.findall(written), strict=True):
-        assert float(one) == pytest.approx(float(other), rel=0.03, abs=0.06)
+    for name, told in paper_page.texts(study).items():
+        written = (paper_page.PAGES / f"{name}.md").read_text(encoding="utf-8")
+        assert number.sub("#", told).split() == number.sub("#", written).split()
+        for one, other in zip(number.findall(told), number.findall(written), strict=True):
+            assert float(one) == pytest.approx(float(other), rel=0.03, abs=0.06)
     for name in paper_page.SHOWN:
         assert (paper_page.FIGURES / f"{name}.png").exists()
 

@@ -76,7 +76,7 @@ def test_the_citation_has_what_its_format_asks_for(citation, project):
 def test_the_paper_is_cited_alike_in_the_citation_and_on_the_pages(citation):
     (paper,) = citation["references"]
     names = [f"{author['given-names']} {author['family-names']}" for author in paper["authors"]]
-    page = " ".join(text_of("docs/paper.md").split())
+    page = " ".join(text_of("docs/reference/paper.md").split())
     assert page.partition("\n")[0].count(paper["title"].rstrip(".")) == 1
     assert f"{', '.join(names[:-1])} and {names[-1]}, *{paper['title']}*" in page
     cite = text_of("docs/cite.md")

@@ -16,7 +16,7 @@ from ramsight.output import write_table
 from ramsight.sensor.disagreement import sure
 from ramsight.sensor.sharing import OIL, POWER, SHARED, VOLTAGE, Agreement, Allowed, shared_table
 
-PAGE = (Path(__file__).parents[1] / "docs" / "integrity.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[1] / "docs" / "reference" / "detectors.md").read_text(encoding="utf-8")
 H, LASTS = 0.02, 600.0
 
 

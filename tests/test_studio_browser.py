@@ -1,6 +1,6 @@
 """The studio in a real Chromium: what a visitor sees and does.
 
-`RAMSIGHT_PICTURES=docs/images pytest tests/test_studio_browser.py` renews the pictures of docs/studio.md.
+`RAMSIGHT_PICTURES=docs/images pytest tests/test_studio_browser.py` renews the pictures of docs/how-to/studio-views.md.
 """
 
 import contextlib
@@ -128,7 +128,7 @@ def wait(page, condition, seconds=60.0):
 
 
 def picture(page, name):
-    """Renew a picture of docs/studio.md, if wanted."""
+    """Renew a picture of docs/how-to/studio-views.md, if wanted."""
     if folder := os.environ.get("RAMSIGHT_PICTURES"):
         page.screenshot(path=Path(folder) / name)
 

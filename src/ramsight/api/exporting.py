@@ -45,7 +45,7 @@ def export_c(
         single: floats in place of doubles.
         parameters: the machine's numbers are a table that the sensor is handed: one build for all machines of the kind
             (`export_parameters`).
-        control: the unit's position control too (docs/control.md); what follows is of it alone.
+        control: the unit's position control too (docs/how-to/control.md); what follows is of it alone.
         speed: largest velocity [m/s]; by default half of what the motor could do.
         force: largest load against a motion that is pushed on [N]; by default none.
         period: of the control's samples [s]; by default 20 ms.

@@ -25,7 +25,8 @@ def encoder(
     ] = "606Ch, 6077h",
     rated_torque: Annotated[str | None, typer.Option(help="6076h of the drive, which 6077h is per mille of.")] = None,
     channel_map: Annotated[
-        Path | None, typer.Option("--map", help="What the frames mean, instead of --objects: see docs/encoder.md.")
+        Path | None,
+        typer.Option("--map", help="What the frames mean, instead of --objects: see docs/how-to/encoder.md."),
     ] = None,
     state: Annotated[Path | None, typer.Option(help="Keep position and parameters here over a power loss.")] = None,
     hold: Annotated[bool, typer.Option("--hold", help="An invalid position is held; else 6004h is 7FFFFFFFh.")] = False,

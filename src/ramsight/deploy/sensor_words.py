@@ -16,7 +16,7 @@ _MEANING = {
     "leak_exponent": "by how much less than described the leakage grows with pressure, as an exponent",
     "displacement_factor": "displacement over the data sheet's",
     "compliance_factor": "compliance over the data sheet's",
-    "mode": "what the piston is doing, a number of docs/kalman.md",
+    "mode": "what the piston is doing, a number of docs/explanation/contacts.md",
     LOWEST: "lower end of the 95 % band",
     HIGHEST: "upper end of the 95 % band",
     BOUND: "error that one sample in 100000 exceeds",

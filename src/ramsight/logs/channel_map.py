@@ -1,7 +1,7 @@
 """A channel map: which channels of a file are motor speed, motor torque, oil temperature and references.
 
-It is a small TOML file; docs/logs.md shows one for each kind of log. `ramsight logs inspect FILE --out map.toml`
-writes a first one.
+It is a small TOML file; docs/how-to/channel-map.md shows one for each kind of log. `ramsight logs
+inspect FILE --out map.toml` writes a first one.
 """
 
 from __future__ import annotations

@@ -33,10 +33,11 @@ def text(found: Compared) -> tuple[str, ...]:
     if not found:
         return ()
     return (
-        "The baseline is simulated. It is the same boom as loaders usually drive it: cylinders, hoses, oil and load as "
-        "they are, behind a proportional directional valve, fed by a load-sensing pump of 45 cm³/rev that an electric "
-        "motor of the same efficiency turns at 1500 rpm all the time, 20 bar above what the valve's port asks for (the "
-        f"machine {MACHINE} of the catalogue, each value with its source; the paper describes no such machine). It "
+        "The baseline is simulated. It is the same boom as loaders usually drive it. Cylinders, hoses, oil and load "
+        "are as they are, behind a proportional directional valve. It is fed by a load-sensing pump of 45 cm³/rev that "
+        "an electric motor of the same efficiency turns at 1500 rpm all the time. The pump holds 20 bar above what the "
+        f"valve's port asks for (the machine {MACHINE} of the catalogue, each value with its source; the paper "
+        "describes no such machine). It "
         "goes the same way with the same velocities, ramps and rests: the valve's openings are searched for.",
     )
 
@@ -54,7 +55,7 @@ def saves(found: Compared) -> Statement:
         drawn = [by[_DIRECT]["battery_gives"] / by[_VALVE]["battery_gives"] for by in found.values()]
         words = (
             f"At light / medium / high load a cycle of the boom takes {slashed(nets[_DIRECT], 0)} kJ of the battery, "
-            f"behind the valve {slashed(nets[_VALVE], 0)} kJ: direct drive takes {slashed(less, 0)} % less. Behind the "
+            f"behind the valve {slashed(nets[_VALVE], 0)} kJ. Direct drive takes {slashed(less, 0)} % less. Behind the "
             f"valve {slashed(edges, 0)} kJ go over its edges and {slashed(at_rest)} kJ into a pump that idles for 4 s. "
             f"Direct drive gives {slashed(back, 0)} % back; without that it would still take "
             f"{slashed([100.0 * (1.0 - share) for share in drawn], 0)} % less. Its pumps lose "

@@ -52,8 +52,15 @@ DRAWN = (
     Item("Fig. 16", "bucket, errors at three loads", _CYCLE, _FITTED),
     Item("Table 1", "cylinders; numbers lost, derived, each cell with its source", _MACHINE, _FITTED),
     Item("Table 2", "pumps; numbers partly lost, derived, each cell with its source", _MACHINE, _FITTED),
-    Item("Eq. 1", "force of the piston; friction of Table 1 in the place of an efficiency", "docs/plant.md", _GOOD),
-    Item("Eq. 2", "speed of the piston by the flow; with the oil's compression", "docs/plant.md", _GOOD),
+    Item(
+        "Eq. 1",
+        "force of the piston; friction of Table 1 in the place of an efficiency",
+        "docs/explanation/plant-laws.md",
+        _GOOD,
+    ),
+    Item(
+        "Eq. 2", "speed of the piston by the flow; with the oil's compression", "docs/explanation/plant-laws.md", _GOOD
+    ),
     Item("Eq. 3", "flow of a pump", _PUMPS, _GOOD),
     Item("Eq. 4", "torque of a pump", _PUMPS, _GOOD),
     Item("Eq. 5", "hydromechanical efficiency", _PUMPS, _GOOD),
@@ -64,7 +71,12 @@ DRAWN = (
     Item("Eq. 10", "leakage coefficient by viscosity and density", _PUMPS, _GOOD),
     Item("Section 2", "oil 32 mm²/s at 40 °C; nominal point 1450 rpm, 250 bar, 46 mm²/s, 872 kg/m³", _MACHINE, _GOOD),
     Item("Section 2", "pumps of 31.6 and 63.2 cm³/rev, belts 41/47 and 28/44, no-load torque 0.5 N m", _MACHINE, _GOOD),
-    Item("Section 2", "safety valves closed while lifting, opened by the motor's speed", "docs/plant.md", _GOOD),
+    Item(
+        "Section 2",
+        "safety valves closed while lifting, opened by the motor's speed",
+        "docs/explanation/plant-laws.md",
+        _GOOD,
+    ),
     Item("Section 3", "cycles: the motor at constant speed for a fixed time, up and down", _CYCLE, _GOOD),
 )
 """What the paper draws, tabulates and writes as equations. Laws are tested one by one; a figure has its chapter."""

@@ -49,13 +49,13 @@ def cycles(benches: dict[str, Bench]) -> Chapter:
         (
             f"Each cycle lifts and lowers at 1500 rpm with ramps of {ramp:g} s, at 40 °C. The sensors get what a drive "
             "reports: samples every 20 ms, speed in steps of 1 rpm, torque in steps of 1/16 N m with a noise of 0.5 N "
-            "m, and they are started at the known position. The true position is known to the simulation alone. The "
+            "m. They are started at the known position. The true position is known to the simulation alone. The "
             "errors are the largest of the cycle. One per cent of the stroke is "
             f"{both({unit: 0.01 * s for unit, s in stroke.items()})}; references [8] and [9] of the paper report 1 to "
             f"3 % "
             "on other machines.",
             "Three sensors see the same runs. The table is the paper's. The volume balance is given the plant's own "
-            "laws and its exact parameters, and what it shows here is the best that laws can do; what it is worth on "
+            "laws and its exact parameters. What it shows here is the best that laws can do; what it is worth on "
             "machines that are not their data sheet stands further down. The self-calibrating sensor starts from the "
             "same data sheet and calls its position uncertain until it has met a stop.",
         ),
@@ -95,7 +95,7 @@ def warm_and_cold(benches: dict[str, Bench]) -> Chapter:
         "Cycles with cold and with hot oil",
         (
             "The paper has tables for several temperatures and shows cycles at 40 °C. At other temperatures the same "
-            "ramps leave other errors, because the leakage that is missing in them goes with the viscosity: at high "
+            "ramps leave other errors, because the leakage that is missing in them goes with the viscosity. At high "
             f"load {both(cold)} at 20 °C, {both(hot)} at 60 °C.",
         ),
         {"cycle_error_by_temperature_mm": found},
@@ -103,7 +103,7 @@ def warm_and_cold(benches: dict[str, Bench]) -> Chapter:
             Statement(
                 "Section 2",
                 "Tables at various oil temperatures serve the position calculation at these temperatures.",
-                f"At high load the table errs by {both(cold)} with oil of 20 °C and by {both(hot)} at 60 °C; what it "
+                f"At high load the table errs by {both(cold)} with oil of 20 °C and by {both(hot)} at 60 °C. What it "
                 "errs by comes from the ramps at each temperature.",
                 Verdict.of(max(hot[u] / stroke for u, stroke in _strokes(benches).items()) < 0.05),
             ),

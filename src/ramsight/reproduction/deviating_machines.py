@@ -63,10 +63,10 @@ def as_built(benches: dict[str, Bench]) -> Chapter:
         "Machines that are not their data sheet",
         (
             "No machine is its data sheet. In this table each is different in one thing, the last in several, and all "
-            "sensors are made for the data sheet and know the position before the cycle; only the last column is "
+            "sensors are made for the data sheet and know the position before the cycle. Only the last column is "
             f"the self-calibrating sensor that started without a position and has met {VISITS} end stops. On these "
             f"machines the balance errs by up to {both(worst['balance'])} in a cycle, the table by up to "
-            f"{both(worst['table'])}: counting the oil alone is no answer. Learning is: {both(worst[TAUGHT])}.",
+            f"{both(worst['table'])}. Counting the oil alone is no answer. Learning is: {both(worst[TAUGHT])}.",
         ),
         {"not_the_data_sheet_error_mm": found},
         (_friction(found),),

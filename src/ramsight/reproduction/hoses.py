@@ -80,7 +80,7 @@ def hoses(benches: dict[str, Bench]) -> Chapter:
             "(bucket) at the 1500 rpm of the paper's cycles (marked *), and "
             f"{usual['boom']['at_highest_speed']} and {usual['bucket']['at_highest_speed']} at the motor's highest "
             f"speed (**). Each side's hose is taken as {_LENGTH:g} m of one straight line, laminar or turbulent as its "
-            "Reynolds number says; fittings, bends and swivels add to it and are not known.",
+            "Reynolds number says. Fittings, bends and swivels add to it and are not known.",
         ),
         {"hoses": found, "usual_hose_dash": usual},
         (_statement(found, usual),),
@@ -156,7 +156,7 @@ def _statement(found: Found, usual: dict[str, dict[str, int]]) -> Statement:
         "Introduction",
         "Hose sizing was found to be a somewhat significant pressure loss source.",
         f"Straight hoses sized for the flow at 1500 rpm take {both(tight, 1, '%')} of the motor's energy at light load "
-        f"and 40 °C, {both(cold, 1, '%')} at 20 °C, less at high load; sized for the highest speed "
+        f"and 40 °C, {both(cold, 1, '%')} at 20 °C, less at high load. Sized for the highest speed they take "
         f"{both(wide, 1, '%')}. Taken for significant: {_SIGNIFICANT:g} %. The paper's dimensions are not given.",
         Verdict.of(max(tight.values()) >= _SIGNIFICANT),
     )

@@ -95,18 +95,19 @@ def _text(
     longer = [value for ramp, value in ratio.items() if ramp >= RAMP]
     return (
         "At constant speed the table is right. In a ramp of length t the mean speed is half the calibrated one, "
-        "so the leakage of half the ramp is missing: ½·v_leak·t, four times a cycle, always with the load. With "
+        "so the leakage of half the ramp is missing. That is ½·v_leak·t, four times a cycle, always with the load. "
+        "With "
         f"v_leak = {both({u: 1e3 * v for u, v in leak.items()}, 2, 'mm/s')} at high load, four ramps of {RAMP:g} s "
-        f"make {both({u: by[RAMP] for u, by in explained.items()})}; simulated are "
+        f"make {both({u: by[RAMP] for u, by in explained.items()})}. Simulated are "
         f"{both({u: by[RAMP]['table'] for u, by in found.items()})}. The paper names about 5 and 10 mm.",
         "The paper does not say how long its ramps are, and the error is in proportion to them: the absolute figures "
         f"are no test of anything. Ramps of {both(fits, 2, 's')} would give just 5 and 10 mm. What is predicted is "
-        "that one ramp serves both units, that is their ratio: bucket over boom is "
+        "that one ramp serves both units, that is their ratio. Bucket over boom is "
         f"{ratio[RAMP]:.2f} with ramps of {RAMP:g} s, {min(longer):.2f} to {max(longer):.2f} with longer ones, and 2 "
         f"in "
         f"the paper. Of ramps below {_COMPRESSES:g} s it says nothing: there the oil's compression rules.",
         "While the motor turns too slowly to hold the load the safety valve is closed and nothing is lost, "
-        "which takes a little off the explained error; the shorter the ramp, the more the chamber's compression "
+        "which takes a little off the explained error. The shorter the ramp, the more the chamber's compression "
         "counts.",
     )
 

@@ -76,11 +76,12 @@ def _worst(errors: ByShare, sensor: str) -> dict[str, float]:
 def _text(errors: ByShare, silent: dict[str, float]) -> tuple[str, ...]:
     return (
         "Above about 97 % of the load that the relief valve holds, part of the pump's flow goes to the tank and "
-        f"the calculated movement has nothing to do with the true one: up to {both(_worst(errors, 'table'), 0)} for "
+        f"the calculated movement has nothing to do with the true one. The error is up to "
+        f"{both(_worst(errors, 'table'), 0)} for "
         f"the table, in one cycle. The balance counts oil that is no longer there, and errs by up to "
         f"{both(_worst(errors, 'balance'), 0)}{_worse(errors)}. The self-calibrating sensor errs by up to "
         f"{both(_worst(errors, 'kalman'), 0)}. None of them knows where the oil went.",
-        "They say so. From 97 % of the opening pressure or torque on they call themselves uncertain, and once the "
+        "They say so. From 97 % of the opening pressure or torque on they call themselves uncertain. Once the "
         "valve has passed oil they call the position lost, or uncertain by what may have passed, until a reference "
         f"comes. The largest error of any sample that was called ok is {both(silent)}.",
     )
@@ -99,7 +100,7 @@ def _no_longer_valid(errors: ByShare, silent: dict[str, float]) -> Statement:
     return Statement(
         "Section 2, conclusion",
         "Near and over the maximum pressure the position calculation is no longer valid; it takes a reference.",
-        f"The table errs by up to {both(worst['table'], 0)}, the balance by up to {both(worst['balance'], 0)}; every "
+        f"The table errs by up to {both(worst['table'], 0)}, the balance by up to {both(worst['balance'], 0)}. Every "
         "sample worse than the paper's error at high load carries a status that says so.",
         Verdict.of(holds),
     )

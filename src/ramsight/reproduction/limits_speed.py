@@ -77,12 +77,12 @@ def _text(found: dict[str, dict[int, dict[str, float]]]) -> tuple[str, ...]:
     speeds = ", ".join(f"{speed / RPM:.0f}" for speed in TABLE_SPEEDS)
     return (
         "The paper drives its units at one constant speed and claims nothing for others. Leakage is per second, so "
-        "that a table per revolution belongs to the speed of its calibration: the same moves at high load and 40 °C "
+        "that a table per revolution belongs to the speed of its calibration. The same moves at high load and 40 °C "
         f"cost {both(at(500, 'table'), 0)} at 500 rpm and {both(at(3000, 'table'), 0)} at 3000 rpm.",
         f"The method is not at its end there. Tables at {speeds} rpm hold between these speeds, if they are "
-        "interpolated as the movement goes: what leaks makes a movement per revolution in proportion to 1/n. Over 1/n "
+        "interpolated as the movement goes. What leaks makes a movement per revolution in proportion to 1/n. Over 1/n "
         f"they err by {both(at(750, 'reciprocal_table'))} at 750 rpm and by {both(worst['reciprocal_table'])} at "
-        f"worst; over n, which is the nearest thought, by {both(at(750, 'speed_table'))} at 750 rpm. They take six "
+        f"worst. Over n, which is the nearest thought, it is {both(at(750, 'speed_table'))} at 750 rpm. They take six "
         f"times the calibration. The balance stays within {both(worst['balance'])}, the self-calibrating sensor within "
         f"{both(worst['kalman'])}, without any table.",
     )
@@ -96,7 +96,7 @@ def _method(found: dict[str, dict[int, dict[str, float]]]) -> Statement:
         "The position calculation is based on look-up tables of the movement per revolution over torque at various "
         "temperatures.",
         f"At the speed of the table the method does what the paper says of it ({both(own)} in these shorter cycles). "
-        "For other speeds, of which the paper does not speak, the speed has to be a third axis: six tables over 1/n "
+        "For other speeds, of which the paper does not speak, the speed has to be a third axis. Six tables over 1/n "
         f"stay within {both(worst)}.",
         Verdict.of(max(worst.values()) < 10.0),
     )

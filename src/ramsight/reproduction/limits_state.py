@@ -50,7 +50,7 @@ def temperature(benches: dict[str, Bench]) -> Chapter:
             f"reading 5 K too high costs the balance {both(_at(found, 'balance', 5.0))} in one cycle at high load, "
             f"{both(_of(slope, 'balance'), 2, 'mm per K')}. The table suffers alike, on top of its error in the ramps; "
             "a reading that is too warm hides that error, one that is too cold adds to it. The self-calibrating sensor "
-            f"takes a standing error of the thermometer for leakage and learns it: after {VISITS} end stops a reading "
+            f"takes a standing error of the thermometer for leakage and learns it. After {VISITS} end stops a reading "
             f"5 K too high costs {both(_at(found, TAUGHT, 5.0))}.",
         ),
         {
@@ -99,9 +99,9 @@ def wear(benches: dict[str, Bench]) -> Chapter:
         (
             "Here the advantage of the volume balance ends: it knew the plant's own leakage. With 10 % more of it the "
             f"error of one cycle grows by {both(_of(ten, 'balance'))} for the balance and by {both(_of(ten, 'table'))} "
-            "for the table: both lose alike. With pumps that leak twice as much they are off by "
+            "for the table. Both lose alike. With pumps that leak twice as much they are off by "
             f"{both(_at(found, 'balance', 2.0), 0)} and {both(_at(found, 'table', 2.0), 0)}. The self-calibrating "
-            f"sensor learns the leakage from the end stops that it meets: after {VISITS} of them, without a start "
+            f"sensor learns the leakage from the end stops that it meets. After {VISITS} of them, without a start "
             f"position, it is within {both(_at(found, TAUGHT, 1.1), 2)} at 10 % and "
             f"{both(_at(found, TAUGHT, 2.0), 2)} at 100 %.",
         ),

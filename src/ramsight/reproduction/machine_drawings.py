@@ -48,7 +48,7 @@ def drawings(benches: dict[str, Bench]) -> Chapter:
             "Drawn from the description of this run, so that a value that is changed changes here too. The arm's "
             "dimensions "
             "are derived; circuit and components are the paper's. Of its two models the drawings show the parts and "
-            "what goes from one to the other: every part of the hydraulics is a law of its own between two volumes of "
+            "what goes from one to the other. Every part of the hydraulics is a law of its own between two volumes of "
             "oil, and the pumps work as motors too, with eqs 3 to 10 in all four quadrants.",
         ),
         {},

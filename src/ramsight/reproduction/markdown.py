@@ -27,8 +27,8 @@ INTRODUCTION = (
     "are in results.json.",
 )
 MEANING = (
-    "Verdicts: reproduced, the same came out with nothing fitted to it; reproduced with a fitted value, it came out, "
-    "and a value was chosen for that; contradicted, something else came out; not testable, with the reason."
+    "Verdicts: reproduced, the same came out with nothing fitted to it. Reproduced with a fitted value, it came out, "
+    "and a value was chosen for that. Contradicted, something else came out; not testable, with the reason."
 )
 HEAD = ("where", "statement of the paper", "our result", "verdict")
 COVERAGE = "Every figure, table, equation and number"

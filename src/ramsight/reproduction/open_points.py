@@ -113,7 +113,7 @@ def _text(loads: dict[str, dict[str, float]], shares: dict[str, dict[str, float]
         "Loads. The paper's figures carry loads in kN and call them ¼ and about ¾ of the largest. Both cannot be: by "
         f"the quarter the largest load is {both(quarter, 0, 'kN')}, by the three quarters "
         f"{both(most, 0, 'kN')}. With the relief valves that are taken here the stated high load is "
-        f"{both(high, 0, '%')} of it. The report uses the stated forces; with a quarter, a half and three "
+        f"{both(high, 0, '%')} of it. The report uses the stated forces. With a quarter, a half and three "
         "quarters of the largest the table's errors of a cycle are "
         + " and ".join(f"{slashed(by.values())} mm ({unit})" for unit, by in shares.items())
         + ".",
@@ -131,7 +131,7 @@ def _tolerance_text(corners: dict[str, dict[str, float]]) -> str:
 
     return (
         "Efficiencies. The pumps' nominal efficiencies are guesses, and the catalogue gives them ± 0.02. By the "
-        f"volumetric ones alone, both pumps of a unit, the table's error at high load is {of('volumetric')}; with the "
+        f"volumetric ones alone, both pumps of a unit, the table's error at high load is {of('volumetric')}. With the "
         f"hydromechanical ones {of('both')}. No figure of this report that depends on leakage is better known than "
         "that."
     )
@@ -157,7 +157,7 @@ def _interval(corners: dict[str, dict[str, float]]) -> Statement:
     return Statement(
         "Table 2, Fig. 3",
         "The errors of 5 and 10 mm belong to pumps with the nominal efficiencies of the data sheet.",
-        f"These are lost; within ± {TOLERANCE:g} of those taken here the table errs by {spans}, with the fitted ramps.",
+        f"These are lost. Within ± {TOLERANCE:g} of those taken here the table errs by {spans}, with the fitted ramps.",
         Verdict.of(inside, fitted=True),
     )
 

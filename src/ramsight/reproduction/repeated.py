@@ -64,12 +64,12 @@ def _text(found: Results, accuracy: dict[str, float]) -> tuple[str, ...]:
     return (
         f"Each unit lifts and lowers its high load {CYCLES} times between 2 and 98 % of its stroke, in cycles "
         "that end where they began. The switches have a hysteresis of 1 mm and a response time of 5 ms, and are "
-        f"seen at the next sample of the drive, so that their own accuracy is {both(accuracy)} at the highest rod "
+        f"seen at the next sample of the drive. So their own accuracy is {both(accuracy)} at the highest rod "
         "speed.",
         "The end stop shows in the torque alone: while the unit lowers, the load's torque collapses when the "
         "rod stands on its stop. For table and balance it is looked for there, and the position is then that of the "
-        "stop; what remains is the give of the stop under the load, and the oil that has to fill the emptied chamber "
-        f"before the next lift, which the table takes for travel: up to {both(stop)}. The self-calibrating sensor "
+        "stop. What remains is the give of the stop under the load, and the oil that has to fill the emptied chamber "
+        f"before the next lift. The table takes that for travel: up to {both(stop)}. The self-calibrating sensor "
         f"finds the stop by itself: up to {both(own)}.",
     )
 
@@ -81,9 +81,9 @@ def _accumulates(found: Results, drift: dict[str, dict[str, dict[str, float]]]) 
         "Abstract",
         "A cumulative error was observed for repeated cycles.",
         f"The table drifts by {both(per_cycle['table'], 2)} per cycle, to {both(last, 0)} after {CYCLES}. On machines "
-        f"that are their data sheets the balance drifts by {both(per_cycle['balance'], 3)} per cycle, the "
-        f"self-calibrating sensor without references by {both(per_cycle['kalman'], 3)}: it learns leakage from the "
-        "stops of the motor to a few per cent, and a data sheet that is exact needs no learning.",
+        f"that are their data sheets the balance drifts by {both(per_cycle['balance'], 3)} per cycle. The "
+        f"self-calibrating sensor without references drifts by {both(per_cycle['kalman'], 3)}. It learns leakage "
+        "from the stops of the motor to a few per cent, and a data sheet that is exact needs no learning.",
         Verdict.of(min(per_cycle["table"].values()) > 1.0),
     )
 

@@ -239,7 +239,7 @@ def _lines_say(rigid: dict[str, dict[str, int]]) -> Statement:
         "Section 2",
         "The pipelines' give is important for the stability of the model, which would otherwise be too stiff.",
         "With lines whose walls do not give, a tenth of the oil in them, a cycle takes "
-        f"{both(stiff, 0, 'steps')} instead of {both(plain, 0, 'steps')}, and is as stable: for an implicit method it "
+        f"{both(stiff, 0, 'steps')} instead of {both(plain, 0, 'steps')}, and is as stable. For an implicit method it "
         "does not matter. Lines that give are taken as real all the same.",
         Verdict.CONTRADICTED if all(stiff[u] < 3 * plain[u] for u in rigid) else Verdict.REPRODUCED,
     )

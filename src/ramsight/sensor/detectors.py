@@ -1,7 +1,7 @@
 """What is examined to find that an input or a position cannot be trusted: one row a status, and nothing beside them.
 
 The rows are the order in which `status_rules` decides (of several that hold, the last is reported), the table of
-docs/integrity.md, and the list of what the tests provoke. Numbers come from `thresholds`.
+docs/reference/detectors.md, and the list of what the tests provoke. Numbers come from `thresholds`.
 """
 
 from __future__ import annotations
@@ -228,7 +228,7 @@ CONTRADICTIONS = tuple(one.status for one in DETECTORS if one.needs)
 
 
 def detector_table() -> str:
-    """The rows for the documentation, in Markdown, with the alarm that each is on a CANopen bus left to encoder.md."""
+    """The rows for the documentation, in Markdown, without the alarms of the encoder (encoder-alarms.md)."""
     rows = [
         (f"`{one.status.name.lower()}`", ", ".join(one.signals), one.hypothesis, one.threshold, one.after, one.then)
         for one in DETECTORS

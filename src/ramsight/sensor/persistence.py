@@ -74,7 +74,7 @@ class StateFile:
     """One sensor's state in a file.
 
     What is saved is valid at the next `resume`. A program that follows a running machine has to save again, or
-    call `forget_position`, before the piston moves; the encoder does (docs/encoder.md).
+    call `forget_position`, before the piston moves; the encoder does (docs/explanation/power-loss.md).
 
     Args:
         path: the file; made by the first `save`, or by `hold`.

@@ -1,4 +1,4 @@
-"""What every status means and what to do, from docs/faq.md: the page of the documentation is the only source."""
+"""What every status means and what to do, from docs/reference: the pages of the documentation are the only source."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import re
 from functools import lru_cache
 from pathlib import Path
 
-_PACKAGED = Path(__file__).parent / "faq.md"  # where a wheel has it
-_IN_TREE = Path(__file__).parents[3] / "docs" / "faq.md"
+_PAGES = ("status.md", "status-invalid.md", "messages.md")
+_PACKAGED = Path(__file__).parent  # where a wheel has them
+_IN_TREE = Path(__file__).parents[3] / "docs" / "reference"
 _ENTRY = re.compile(r"^### (?P<words>[^\n]+)\n\n(?P<meaning>.+?)\n\n(?P<rest>.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
 _CODE = re.compile(r"^`[A-Z_]+`, [0-9]+\. ")
 _BULLET = re.compile(r"^- \*\*(.+?):\*\* (.+?)(?=^- |\Z)", re.MULTILINE | re.DOTALL)
@@ -26,7 +27,8 @@ def status_help() -> dict[str, dict[str, str]]:
         >>> status_help()["not referenced"]["do"].partition(".")[0]
         'Move to an end stop'
     """
-    text = (_PACKAGED if _PACKAGED.exists() else _IN_TREE).read_text(encoding="utf-8")
+    folder = _PACKAGED if (_PACKAGED / _PAGES[0]).exists() else _IN_TREE
+    text = "\n".join((folder / page).read_text(encoding="utf-8") for page in _PAGES)
     found = {}
     for entry in _ENTRY.finditer(text):
         parts = {name: _plain(words) for name, words in _BULLET.findall(entry["rest"])}
