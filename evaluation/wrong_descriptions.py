@@ -1,7 +1,7 @@
 """Whether a commissioning names the wrong value of a description: machines built otherwise, one value 10 % off.
 
-The machine is the description but for what was built otherwise (leakage, displacement, stiffness, friction); its drive logs
-a commissioning. The log is judged by descriptions with one value 10 % too small or too large, and by the right one.
+The machine is the description but for what was built otherwise (leakage, displacement, stiffness, friction); its drive
+logs a commissioning. The log is judged by descriptions with one value 10 % too small or too large, and by the right one.
 """
 
 from __future__ import annotations
@@ -106,7 +106,6 @@ def table(rows: list[dict[str, Any]]) -> list[str]:
             lines.append(f"| {name} | none | {position} | – | nothing named: {quiet} of {len(those)} | – |")
             continue
         holds = f"{sum(one['holds'] for one in first)} of {len(first)}" if first else "–"
-        lines.append(
-            f"| {name} | `{path}` | {position} | {len(first)} of {len(those)} | {len(known)} of {len(those)} | {holds} |"
-        )
+        counts = f"{len(first)} of {len(those)} | {len(known)} of {len(those)}"
+        lines.append(f"| {name} | `{path}` | {position} | {counts} | {holds} |")
     return lines
