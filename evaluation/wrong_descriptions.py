@@ -1,7 +1,7 @@
 """Whether a commissioning names the wrong value of a description: machines built otherwise, one value 10 % off.
 
 The machine is the description but for what was built otherwise (leakage, displacement, stiffness, friction); its drive
-logs a commissioning. The log is judged by descriptions with one value 10 % too small or too large, and by the right one.
+logs a commissioning. The log is judged by descriptions with one value 10 % off either way, and by the right one.
 """
 
 from __future__ import annotations
