@@ -29,6 +29,7 @@ LEVEL = "-Os"
 PROFILES = {
     "kalman": (Profile.KALMAN, None),
     "kalman-small, sure ends": (Profile.KALMAN_SMALL, 1e-6),
+    "balance": (Profile.BALANCE, None),
 }
 """Profiles, and the chance of an end that is elsewhere; None for the machine's own."""
 _START_FILES = ("crti.o", "rdimon-crt0.o", "crtn.o")

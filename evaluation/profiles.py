@@ -20,13 +20,14 @@ from ramsight.duty import report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
-from ramsight.sensor.kalman import kalman
+from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.tracking.judged_errors import Judged, judge
 
 PROFILES = (
     ("kalman", Profile.KALMAN, False),
     ("kalman, sure ends", Profile.KALMAN, True),
     ("kalman-small, sure ends", Profile.KALMAN_SMALL, True),
+    ("balance, a switch at half the stroke", Profile.BALANCE, False),
 )
 """Name in the table, profile, and whether the machine's ends are declared as sure."""
 LEAKS = {"as drawn": 1.0, "leakage twice as large": 2.0}
@@ -42,13 +43,11 @@ def study(machines: int, advance: Callable[[int], object]) -> dict[str, Any]:
         for key, plain in work_days.data_sheets().items():
             assumed = plain.assumptions.replace({"stops.undeclared": _SURE}) if sure else plain.assumptions
             units[key] = replace(plain, assumptions=assumed)
-        sensors = {key: kalman(unit, None, profile.kinds(unit)) for key, unit in units.items()}
+        sensors = {key: profile.sensor(unit) for key, unit in units.items()}
         sets: dict[str, list[Judged]] = {"recorded": [], "recorded, ground": []}
         for log, (unit, drive, position, start) in recorded.logs().items():
             if "day" in log or "person" in log:
-                sensors[unit].start(start)
-                speed, stroke = drive["motor_speed"].values, units[unit].cylinder.stroke
-                of = judge(sensors[unit].track(drive), speed, position, stroke)
+                of = _judged(sensors[unit], units[unit], drive, position, start)
                 sets["recorded, ground" if _GROUND in log else "recorded"].append(of)
         for words, leak in LEAKS.items():
             sets[words] = [_day(sensors[key], units[key], seed, leak) for key in units for seed in range(machines)]
@@ -69,8 +68,21 @@ def _day(sensor: Any, unit: Any, seed: int, leak: float) -> Judged:
     duty = work_day(unit, work_days.LOADS[unit.name], random.uniform(298.15, 328.15), duration=360.0, seed=seed)
     run = simulate(built.apply(unit), duty)
     log = report(run, declared_report(unit, seed))
-    sensor.start(duty.start_position)
-    return judge(sensor.track(log), log["motor_speed"].values, run["position"].values, unit.cylinder.stroke)
+    return _judged(sensor, unit, log, run["position"].values, duty.start_position)
+
+
+def _judged(sensor: Any, unit: Any, log: Any, position: Any, start: float) -> Judged:
+    """A track of a log, judged; a sensor without a bound has a switch."""
+    if BOUND not in sensor.recursion.outputs:
+        at = 0.5 * unit.cylinder.stroke
+        passes = np.append(np.diff(np.sign(position - at)) != 0.0, False)
+        passes = np.roll(passes, 1)
+        log = log.assign(reference=("time", np.where(passes, position, np.nan)))
+    sensor.start(start)
+    track = sensor.track(log)
+    if BOUND not in track:
+        track = track.assign({BOUND: ("time", np.full(len(position), np.inf))})
+    return judge(track, log["motor_speed"].values, position, unit.cylinder.stroke)
 
 
 def _figures(days: list[Judged]) -> dict[str, float]:

@@ -11,6 +11,7 @@ import pytest
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.compiler import find_compiler
+from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.profiles import SURE_ENDS, Profile, profile_of
 from ramsight.errors import DescriptionError
 from ramsight.logs import read_log, read_truth
@@ -49,7 +50,7 @@ def test_a_small_sensor_is_for_machines_whose_ends_are_sure():
 
 def test_a_profile_has_a_name():
     assert [profile_of(one.value) for one in Profile] == list(Profile)
-    with pytest.raises(DescriptionError, match="kalman, kalman-small"):
+    with pytest.raises(DescriptionError, match="kalman, kalman-small, balance"):
         profile_of("tiny")
 
 
@@ -66,8 +67,8 @@ def test_on_a_recorded_day_it_is_as_good_as_the_whole_one(name, start):
     log, truth = read_log(TRACES / f"{name}.csv.gz"), read_truth(TRACES / f"{name}_truth.csv.gz")
     position = np.interp(log["time"], truth["time"], truth["position"])
     found = []
-    for profile in Profile:
-        sensor = kalman(unit, None, profile.kinds(unit))
+    for profile in (Profile.KALMAN, Profile.KALMAN_SMALL):
+        sensor = profile.sensor(unit)
         if start:
             sensor.start(float(truth["position"][0]))
         found.append(judge(sensor.track(log), log["motor_speed"].values, position, unit.cylinder.stroke))
@@ -83,18 +84,31 @@ def test_its_c_is_smaller_and_passes_its_golden_samples(tmp_path):
     done = {
         one: write_sensor(sure(), "boom", tmp_path / one.value, profile=one) for one in Profile
     }  # each compiles and runs its golden samples, or raises
-    (whole,), (small,) = (done[one].footprints for one in Profile)
+    (whole,), (small,), (least,) = (done[one].footprints for one in Profile)
+    assert least.code < 0.45 * whole.code
+    assert least.saved < 0.2 * whole.saved
     assert small.code < 0.95 * whole.code
     assert small.state < 0.85 * whole.state
     assert small.saved < 0.85 * whole.saved
     record = (tmp_path / "kalman-small" / "ramsight.json").read_text(encoding="utf-8")
     assert "--profile kalman-small" in record
+    for profile, measured, compared in (
+        (Profile.KALMAN, True, True),
+        (Profile.KALMAN_SMALL, False, True),
+        (Profile.BALANCE, False, False),
+    ):
+        there = set(done[profile].files)
+        page = (tmp_path / profile.value / "README.md").read_text(encoding="utf-8")
+        assert ("fmeda.csv" in there, "fmeda.csv" in page) == (measured, measured), "the study measured one sensor"
+        assert ("ramsight_boom_compare.c" in there, "_compare.c" in page) == (compared, compared)
     assert "--profile" not in (tmp_path / "kalman" / "ramsight.json").read_text(encoding="utf-8")
 
 
 def test_what_cannot_be_is_refused(tmp_path):
     with pytest.raises(DescriptionError, match="has no table"):
         write_sensor(sure(), "boom", tmp_path / "a", profile=Profile.KALMAN_SMALL, tabled=True, compiler="")
+    with pytest.raises(DescriptionError, match="has no control"):
+        write_sensor(sure(), "boom", tmp_path / "a", profile=Profile.BALANCE, control=ControlOptions(), compiler="")
     words = ("export", "c", "mining-loader", "--unit", "boom", "--out", "a")
     refused = at_once(*words, "--profile", "kalman-small", cwd=tmp_path)
     assert refused.returncode == 2

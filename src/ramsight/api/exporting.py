@@ -51,7 +51,8 @@ def export_c(
         period: of the control's samples [s]; by default 20 ms.
         drive_delay: by which the drive is late, with commands and with reports each [s], or all that is declared of it;
             by default it follows at once. The control stops a drive that does otherwise.
-        profile: what the sensor weighs: ``kalman``, or ``kalman-small`` for fewer operations (docs/export.md).
+        profile: what the sensor weighs: ``kalman``, or ``kalman-small`` or ``balance`` for fewer operations
+            (docs/export.md).
         measure: compile and run it in both precisions, for speed and for size; by default once, as it is exported.
         compiler: path of the C compiler that measures it; by default the one that is found, "" for none.
         progress: show a bar on a terminal if it takes long.

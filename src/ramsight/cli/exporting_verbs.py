@@ -38,7 +38,7 @@ def export_c(
     period: Period = None,
     drive_delay: Delay = None,
     profile: Annotated[
-        str, typer.Option(help="What the sensor weighs: kalman, or kalman-small for fewer operations.")
+        str, typer.Option(help="What the sensor weighs: kalman; or kalman-small or balance for fewer operations.")
     ] = "kalman",
     measure: Annotated[
         bool,

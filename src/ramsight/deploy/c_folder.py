@@ -28,13 +28,13 @@ from ramsight.machine.description import Machine
 from ramsight.output import check_folder, whole_folder
 from ramsight.plant.build import build
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.kalman import kalman
 from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 STEPS = 5
 """Sum of what `advance` is called with while a sensor is written."""
 _LAST = "README.md"  # moved last: where it is, the folder is whole
+_FMEDA_ROW = "| fmeda.csv | faults of its inputs, shares of them that are detected, and a column for failure rates |\n"
 _BUILDS = ((False, "-O2"), (False, "-Os"), (True, "-O2"), (True, "-Os"))
 
 
@@ -109,12 +109,17 @@ def write_sensor(
         _check_floats(built)
     if tabled and profile is not Profile.KALMAN:
         raise DescriptionError("has no table of numbers", key="profile", value=profile.value, allowed="kalman")
-    sensor, prefix = kalman(built, None, profile.kinds(built)), f"ramsight_{identifier_of(unit)}"
+    if control and profile is Profile.BALANCE:
+        raise DescriptionError(
+            "has no control", key="profile", value=profile.value, allowed=f"kalman, {Profile.KALMAN_SMALL.value}"
+        )
+    sensor, prefix = profile.sensor(built), f"ramsight_{identifier_of(unit)}"
     plain = sensor_source(sensor, built, prefix, machine.name, single=single, tabled=tabled)
     source, samples = _with_rows(plain, sensor, built)
     advance(1)
     driven = _control(control, built, prefix, machine.name).files if control else {}
-    files = {**source.files, **comparison_source(built, prefix, machine.name), **driven}
+    beside = {} if profile is Profile.BALANCE else comparison_source(built, prefix, machine.name)
+    files = {**source.files, **beside, **driven}
     files |= build_files(files, prefix, machine.name, unit)
     with whole_folder(out, _LAST) as draft:
         for name, text in files.items():
@@ -140,13 +145,17 @@ def write_sensor(
             units=unit_table(sensor),
             measured=_table(measured, compiler),
             control=_about_control(prefix, driving) if control else "",
+            beside=_about_comparison(prefix) if beside else "",
+            fmeda=_FMEDA_ROW if profile is Profile.KALMAN else "",
         )
         options = [*(["--single"] if single else []), *(["--parameters"] if tabled else [])]
         options += [] if profile is Profile.KALMAN else [f"--profile {profile.value}"]
         command = ("c", *options, *(("--control", *control.words) if control else ()))
         passed = f"golden samples passed by {compiler}, builds {len(measured)}" if compiler else ""
         own = credentials(
-            Export(machine, built, "control" if control else "sensor", command, passed),
+            Export(
+                machine, built, "control" if control else "sensor", command, passed, measured=profile is Profile.KALMAN
+            ),
             {name: text.encode() for name, text in files.items()},
         )
         for name, said in {**own, _LAST: text}.items():
@@ -184,6 +193,12 @@ def _control(options: ControlOptions, unit: HydraulicUnit, prefix: str, machine:
     block = options.block(unit)
     run = golden_run(unit, block)
     return golden_control(control_source(block, unit, prefix, machine), run.rows, run.said, unit.max_speed)
+
+
+def _about_comparison(prefix: str) -> str:
+    """The row of the folder's README that has the comparison."""
+    words = "where the machine has a position sensor, too: which of the two is wrong"
+    return f"| {prefix}_compare.h, {prefix}_compare.c | {words} |\n"
 
 
 def _about_control(prefix: str, measured: ControlFootprint | None) -> str:

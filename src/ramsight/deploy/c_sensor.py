@@ -124,12 +124,13 @@ def sensor_source(
         clocked=field_of(CLOCKED),
         **common,
     )
+    each = len({one.name.partition(".")[0] for one in declared if one.name.startswith("hypotheses[")})
     inner = template(
         "step.h",
         constants=numbers["constants"],
-        each=len({one.name.partition(".")[0] for one in declared if one.name.startswith("hypotheses[")}),
+        alike=template("step_each.h", p=prefix, each=each, of_each=indented(step.functions.each)) if each else "",
+        each=f"  {prefix}_of_each each[EACH];\n" if each else "",
         fields=indented(step.functions.work),
-        of_each=indented(step.functions.each),
         declared="\n".join(step.functions.headers),
         **common,
     )

@@ -44,6 +44,7 @@ class Export:
         what: ``sensor``, ``control``, ``compare`` or ``plant``.
         command: arguments of `ramsight export` behind the machine's file, for example ``fmu --fmi 3``.
         verified: what was run to verify it, and how it went; empty if nothing was.
+        measured: whether the study of faults measured this sensor; only then it has an FMEDA table.
     """
 
     machine: Machine
@@ -51,6 +52,7 @@ class Export:
     what: str
     command: Sequence[str]
     verified: str = ""
+    measured: bool = True
 
 
 def credentials(export: Export, content: Mapping[str, bytes]) -> dict[str, str]:
@@ -62,7 +64,7 @@ def credentials(export: Export, content: Mapping[str, bytes]) -> dict[str, str]:
     """
     described = "\n".join(as_toml(export.machine, export.machine.sources)) + "\n"
     kind, *options = export.command
-    table = {} if export.what == "plant" else {FMEDA: fmeda_table(export.unit)}
+    table = {} if export.what == "plant" or not export.measured else {FMEDA: fmeda_table(export.unit)}
     every = {**content, DESCRIPTION: described.encode(), **{name: text.encode() for name, text in table.items()}}
     record = {
         "ramsight": __version__,

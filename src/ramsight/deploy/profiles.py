@@ -7,6 +7,9 @@ from enum import Enum
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.hypothesis import KINDS, Kind
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.reckoned import reckoned
+from ramsight.sensor.virtual_sensor import VirtualSensor
 
 SURE_ENDS = 1e-5
 """Chance of a stop that is elsewhere than described, up to which a machine's ends are sure."""
@@ -16,14 +19,27 @@ class Profile(Enum):
     """What a sensor weighs.
 
     `KALMAN`: all hypotheses, as in Python. `KALMAN_SMALL`: not those of ends that are elsewhere than described. It is
-    for machines whose ends are declared as sure; on another one it would be wrong without a warning.
+    for machines whose ends are declared as sure; on another one it would be wrong without a warning. `BALANCE`:
+    none; it counts from one reference to the next.
     """
 
     KALMAN = "kalman"
     KALMAN_SMALL = "kalman-small"
+    BALANCE = "balance"
+
+    def sensor(self, unit: HydraulicUnit) -> VirtualSensor:
+        """A unit's sensor.
+
+        Args:
+            unit: its parts, and what it declares.
+
+        Raises:
+            DescriptionError: the profile is for machines whose ends are sure, and the unit's are not.
+        """
+        return reckoned(unit) if self is Profile.BALANCE else kalman(unit, None, self.kinds(unit))
 
     def kinds(self, unit: HydraulicUnit) -> tuple[Kind, ...]:
-        """The hypotheses of a unit's sensor.
+        """The hypotheses that a unit's sensor weighs.
 
         Args:
             unit: with what it declares of its stops.
@@ -31,6 +47,8 @@ class Profile(Enum):
         Raises:
             DescriptionError: the profile is for machines whose ends are sure, and the unit's are not.
         """
+        if self is Profile.BALANCE:
+            return ()
         if self is Profile.KALMAN:
             return KINDS
         undeclared = unit.assumptions.stops.undeclared

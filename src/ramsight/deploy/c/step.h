@@ -36,17 +36,10 @@ typedef double wide;
 /* The machine. */
 ${constants}
 
-/* What is worked out alike for each hypothesis. */
-#define EACH ${each}
-typedef struct {
-${of_each}
-} ${p}_of_each;
-
-/* What parts and functions of a step hand on. */
+${alike}/* What parts and functions of a step hand on. */
 typedef struct {
 ${fields}
-  ${p}_of_each each[EACH];
-} ${p}_work;
+${each}} ${p}_work;
 
 /* The parts of the step, in order. */
 ${declared}
