@@ -5,6 +5,7 @@
 
 import contextlib
 import json
+import math
 import os
 import re
 import shutil
@@ -17,10 +18,12 @@ import urllib.request
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import psutil
 import pytest
 from typer.testing import CliRunner
 
+import ramsight
 from ramsight.cli import app
 
 pytestmark = pytest.mark.slow
@@ -636,6 +639,39 @@ def test_strips_stand_where_they_are_dragged_over_and_are_saved(page, tmp_path):
         archive.extractall(tmp_path)
     words = ["track", str(tmp_path / "machine.toml"), str(tmp_path / "log.csv"), "--unit", "boom"]
     assert CliRunner().invoke(app, [*words, "--truth", str(tmp_path / "truth.csv")]).exit_code == 0
+
+
+def german(folder):
+    """A log as a German program writes it: decimal commas, milliseconds, torque in percent of 80 N m."""
+    run = ramsight.simulate("mining-loader", unit="boom", load="250 kN", visits=1)
+    log = ramsight.drive_report(run)
+    columns = {
+        "Zeit [ms]": 1e3 * log["time"].values,
+        "Drehzahl Motor [1/min]": log["motor_speed"].values * 30.0 / math.pi,
+        "Drehmoment [%]": log["motor_torque"].values / 0.8,
+        "Öltemperatur [°C]": log["oil_temperature"].values - 273.15,
+        "Weg [mm]": 1e3 * np.interp(log["time"], run["time"], run["position"]),
+    }
+    rows = zip(*columns.values(), strict=True)
+    lines = [";".join(columns), *(";".join(f"{value:.4f}".replace(".", ",") for value in row) for row in rows)]
+    file = folder / "prüfstand.csv"
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return file
+
+
+def test_a_german_log_is_tracked_with_its_channels_chosen_from_lists(page, tmp_path):
+    page.get_by_role("tab", name="Logs").click()
+    page.locator("#upload-log input[type=file]").set_input_files(german(tmp_path))
+    page.get_by_label("100 % of the motor torque is").wait_for()
+    assert page.get_by_role("checkbox", name="use the channel map below").get_attribute("aria-checked") == "true"
+    page.get_by_label("100 % of the motor torque is").fill("80 N m")
+    page.get_by_label("true position, where it was measured", exact=True).click()
+    page.get_by_role("option", name="Weg [mm]").click()
+    picture(page, "studio-channels.png")
+    page.locator("#track").click()
+    said = page.locator("#log-said")
+    wait(page, lambda: "error against the truth" in said.inner_text())
+    assert float(re.search(r"95 % within ([\d.]+) mm", said.inner_text())[1]) < 30.0
 
 
 def test_values_of_a_description_are_found_and_what_follows_is_dimmed_while_one_is_wrong(page):

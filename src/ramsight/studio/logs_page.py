@@ -13,6 +13,7 @@ from ramsight.machine.description import Machine
 from ramsight.studio.files import Shared
 from ramsight.studio.job import Job, Say
 from ramsight.studio.knobs import SENSORS
+from ramsight.studio.map_form import MapForm, entry, is_standard
 from ramsight.studio.markup import scrolled
 from ramsight.studio.thinning import Array, kept, thinned
 from ramsight.studio.uploaded_log import (
@@ -60,6 +61,11 @@ class _LogsPage:
         """Lay the page out."""
         with ui.element("section").classes("panel"):
             self._inputs()
+        with ui.element("section").classes("panel mt-3") as self.choosing:
+            with ui.expansion("Which channel is what").classes("w-full") as self.roles:
+                ui.label("as proposed by names, units and values; look at the signs: positive extends the rod")
+                self.form = MapForm(self._mapped)
+        self.choosing.set_visibility(False)
         with ui.element("section").classes("panel"):
             ui.label("drag to look closer, double-click for all of it").classes("text-xs")
             self.advice = ui.label().props("id=log-advice role=status").classes("advice")
@@ -77,7 +83,7 @@ class _LogsPage:
                         ui.button(name, on_click=lambda _, n=name: self._begin(_WORK[n])).props("dense no-caps")
                 self.judged = ui.html("", sanitize=False).props("id=log-judged").classes("w-full")
         with ui.element("section").classes("panel mt-3"):
-            ui.html("<h2>Channels and the proposed map</h2>", sanitize=False)
+            ui.html("<h2>Channels of the log, and the map as a file</h2>", sanitize=False)
             self.channels = ui.element("div").classes("w-full")
             self.map = ui.textarea("channel map, to be checked: signs above all").classes("w-full font-mono")
         ui.timer(_LOOK, self._look)
@@ -97,7 +103,7 @@ class _LogsPage:
                 self.unit = ui.select(list(machine.units), value=next(iter(machine.units)), label="unit")
                 self.start = ui.input("piston at first, e.g. 120 mm").classes("w-60")
                 self.sensor = ui.select(list(SENSORS), value=SENSORS[0], label="sensor")
-                self.mapped = ui.checkbox("use the proposed channel map")
+                self.mapped = ui.checkbox("use the channel map below")
                 ui.button("track", on_click=lambda: self._begin(track)).props("id=track")
         self.bar = ui.linear_progress(0.0, show_value=False).props('aria-label="share of the log that is done"')
         self.said = ui.label().props("id=log-said role=status").classes("whitespace-pre-wrap font-mono text-sm")
@@ -143,6 +149,7 @@ class _LogsPage:
         if role == "log":
             self.channels.clear()
             self.map.set_value("")
+            self.choosing.set_visibility(False)
             await self._propose(name)
         else:
             self._say(f"{name}: taken as the true position")
@@ -154,9 +161,20 @@ class _LogsPage:
     def _proposed(self, found: dict[str, Any]) -> None:
         self._say(f"{self.files['log'].name}: {len(found['channels'])} channels")
         self.map.set_value(found["map"])
+        names = [one["name"] for one in found["channels"]]
+        clock = entry(found["map"], "time").channel
+        self.form.show(found["map"], [*([clock] if clock and clock not in names else []), *names])
+        self.mapped.set_value(not is_standard({*names, clock}))
+        self.roles.set_value(self.mapped.value)  # of a log with the usual columns nothing has to be chosen
+        self.choosing.set_visibility(True)
         self.channels.clear()
         with self.channels:
             ui.table(rows=found["channels"], row_key="name").classes("w-full").props("dense flat")
+
+    def _mapped(self, text: str) -> None:
+        """The form has changed the map: it is what is used from now on."""
+        self.map.set_value(text)
+        self.mapped.set_value(True)
 
     def _forget(self) -> None:
         """Take away what belongs to another file, or to another description of the machine."""
