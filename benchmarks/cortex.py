@@ -94,7 +94,7 @@ def _macros() -> list[str]:
 
 
 def table(found: dict[str, dict[str, int]]) -> list[str]:
-    """The rows of docs/export.md."""
+    """The rows of docs/reference/c-cost.md."""
     words = {"m4f": "Cortex-M4F", "m7": "Cortex-M7"}
     rows = [
         "| processor, reals | code and constants | stack | state | saved | instructions of a step, mean | most |",
@@ -156,9 +156,9 @@ def main() -> None:
     results |= {"cortex_compiler": version(GCC), "cortex_emulator": version(QEMU), "cortex": found}
     results["cortex_profiles"] = smaller
     options.out.write_text(json.dumps(results, indent=1) + "\n")
-    page = HERE.parents[1] / "docs" / "export.md"
-    renew(page, "cortex", table(found))
-    renew(page, "cortex_profiles", profile_table(smaller))
+    docs = HERE.parents[1] / "docs"
+    renew(docs / "reference" / "c-cost.md", "cortex", table(found))
+    renew(docs / "export.md", "cortex_profiles", profile_table(smaller))
     print("\n".join([*table(found), *profile_table(smaller)]))
 
 

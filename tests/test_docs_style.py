@@ -23,9 +23,7 @@ MOST_OF_ALL = 0.02
 """The same of all pages together, without those of `LONGER`."""
 LONGEST_PAGE, MEDIAN_PAGE = 1500, 700
 """Words of a page without its tables, code and what scripts write into it."""
-LONGER = {
-    "docs/export.md": "how C and FMUs are used, and what was measured of them: to be split next",
-}
+LONGER: dict[str, str] = {}
 """Pages that are longer, and why."""
 WRITTEN_BY_CODE = re.compile(r"<!-- (\S+) -->.*?<!-- end of \1 -->", flags=re.DOTALL)
 NO_SUMMARY = ("docs/changelog.md", "docs/api/")

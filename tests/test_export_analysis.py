@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 PREFIX = "ramsight_axis"
 LONG = ("balance", "contacts", "update")
 """Parts of the same kind of lines as the others, of which clang-tidy takes up to a minute each."""
-PAGE = Path(__file__).parent.parent / "docs" / "export.md"
+PAGE = Path(__file__).parent.parent / "docs" / "reference" / "c-cost.md"
 
 
 @pytest.fixture(scope="module")

@@ -192,7 +192,7 @@ def test_a_start_that_can_be_is_taken_and_a_reference_of_no_number_is_none(drive
 
 
 def test_the_main_loop_of_the_page_compiles(boom, tmp_path):
-    page = (Path(__file__).parent.parent / "docs" / "export.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parent.parent / "docs" / "how-to" / "c-firmware.md").read_text(encoding="utf-8")
     loop, *_ = re.findall(r"```c\n(.*?)```", page, flags=re.DOTALL)
     source = sensor_source(kalman(boom), boom, "ramsight_boom", "mining-loader", single=False)
     library(COMPILER, {**source.files, "loop.c": loop}, tmp_path / "loop.so", *STRICT, "-O0")

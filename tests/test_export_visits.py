@@ -268,7 +268,7 @@ def test_the_pages_cycle_goes_home_and_to_its_target_as_python_does(tmp_path):
     run.home(lifted=False)
     run.send(0.1, wait=True)
     record, target = run.loop.records["boom"], 0.1 * unit.cylinder.stroke
-    page = (Path(__file__).parent.parent / "docs" / "export.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parent.parent / "docs" / "how-to" / "c-control.md").read_text(encoding="utf-8")
     *_, cycle = re.findall(r"```c\n(.*?)```", page, flags=re.DOTALL)
     sensor = sensor_source(kalman(unit), unit, "ramsight_boom", "m", single=False).files
     control = control_source(block, unit, "ramsight_boom", "m").files
