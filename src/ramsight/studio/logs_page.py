@@ -61,10 +61,10 @@ class _LogsPage:
         """Lay the page out."""
         with ui.element("section").classes("panel"):
             self._inputs()
-        with ui.element("section").classes("panel mt-3") as self.choosing:
-            with ui.expansion("Which channel is what").classes("w-full") as self.roles:
-                ui.label("as proposed by names, units and values; look at the signs: positive extends the rod")
-                self.form = MapForm(self._mapped)
+        self.choosing = ui.element("section").classes("panel mt-3")
+        with self.choosing, ui.expansion("Which channel is what").classes("w-full") as self.roles:
+            ui.label("as proposed by names, units and values; look at the signs: positive extends the rod")
+            self.form = MapForm(self._mapped)
         self.choosing.set_visibility(False)
         with ui.element("section").classes("panel"):
             ui.label("drag to look closer, double-click for all of it").classes("text-xs")
