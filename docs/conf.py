@@ -61,7 +61,8 @@ nitpick_ignore_regex = [
     ("py:.*", r"Listener|ParameterFile|Persistence|Samples|VirtualSensor|ramsight\.logs\.mapped\.Sequence"),
     ("py:.*", r"Requirement|WrongValue|ramsight\.machine\.requirement_description\..*"),
     ("py:.*", r"ramsight\.study\.datasheet\.sheet_requirement\..*"),
-    ("py:.*", r"ramsight\.api\.live_sensor\.Sensor"),
+    ("py:.*", r"ramsight\.api\.live_sensor\.Sensor|ramsight\.tracking\.channel_tolerance\..*"),
+    ("py:.*", r"ramsight\.deploy\.(profiles\.Profile|diagnostic_coverage\.(RatedFault|Coverage))"),
     ("py:.*", r"Plan|ramsight\.study\.datasheet\.(study_plan|quantities|machine_tasks)\..*"),
 ]
 
