@@ -76,17 +76,17 @@ def with_entry(text: str, role: str, said: Entry) -> str:
         said: the entry; without a channel and a constant temperature there is none.
 
     Example:
-        >>> print(with_entry("# mine\n", "position", Entry("Weg", "mm")), end="")
-        # mine
-        [measured]
-        position = {channel = "Weg", unit = "mm"}
+        >>> with_entry("# mine\n", "position", Entry("Weg", "mm")).splitlines()[-2:]
+        ['[measured]', 'position = {channel = "Weg", unit = "mm"}']
     """
     try:
         map_ = tomlkit.parse(text)
     except TOMLKitError:
         return text
     if role == "position":
-        measured = _table(map_, "measured", tomlkit.table)
+        if not isinstance(map_.get("measured", {}), MutableMapping):
+            map_.pop("measured")
+        measured: Any = map_.setdefault("measured", tomlkit.table())
         _place(measured, role, said, tomlkit.inline_table)
         if not measured:
             map_.pop("measured")
@@ -98,16 +98,12 @@ def with_entry(text: str, role: str, said: Entry) -> str:
 def _place(within: Any, role: str, said: Entry, make: Callable[[], Any]) -> None:
     """Put an entry into a table of the map, or take it away."""
     if said.channel or said.constant:
-        _filled(_table(within, role, make), role, said)
+        own = within.get(role)
+        own = own if isinstance(own, MutableMapping) else make()
+        _filled(own, role, said)
+        within[role] = own
     else:
         within.pop(role, None)
-
-
-def _table(within: Any, key: str, make: Callable[[], Any]) -> Any:
-    """The table of a key; a new one where there is none, or something else."""
-    if not isinstance(within.get(key), MutableMapping):
-        within[key] = make()
-    return within[key]
 
 
 def _filled(own: Any, role: str, said: Entry) -> None:
