@@ -13,7 +13,7 @@ from ramsight import machine, units
 from ramsight.calibration import identify_replay, sensors
 from ramsight.calibration.cached import cache_file
 from ramsight.closed_loop import driven, loop
-from ramsight.deploy import c_folder, fmu, fmu_model
+from ramsight.deploy import c_folder, fmu, fmu_model, profiles
 from ramsight.deploy.encoder import Settings, assembly, drive_map
 from ramsight.errors import DescriptionError
 from ramsight.machine import Assumptions, catalogue
@@ -199,7 +199,7 @@ class MadeError(Exception):
 
 #: all that makes a sensor of a description: where and by which name it does, and how it is made to
 PLACES = {
-    "C": (c_folder, "kalman", lambda m, _, folder: c_folder.write_sensor(m, "boom", folder / "c", compiler="")),
+    "C": (profiles, "kalman", lambda m, _, folder: c_folder.write_sensor(m, "boom", folder / "c", compiler="")),
     "FMU": (fmu_model, "kalman", lambda m, _, folder: fmu.write_fmu(m, "boom", folder / "boom.fmu", compiler="")),
     "encoder": (
         assembly,

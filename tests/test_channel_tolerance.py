@@ -115,6 +115,24 @@ def test_samples_without_a_position_find_nothing_and_alert_nobody():
     assert found.narrow_coverage == 0.0
 
 
+def test_time_that_is_missing_or_goes_back_changes_no_rate():
+    good = steady(1e-3, 1e-4, samples=100)
+    time = 0.02 * np.arange(100)
+    time[[20, 40]] = np.nan, 0.1
+    codes, ones = np.zeros(100, dtype=np.int64), np.ones(100)
+    bad = Channels.of(time, codes, 0 * ones, 1e-3 * ones, other_std=1e-4, time_to_alert=ALERT, stroke=STROKE)
+    asked = Asked(0.9, 1e-5 / HOUR, 0.02, 0.1)
+    one, other = derive(good, asked), derive(bad, asked)
+    assert (other.tolerance, other.rate, other.coverage) == pytest.approx((one.tolerance, one.rate, one.coverage))
+
+
+@pytest.mark.parametrize("times", [[1.0] * 50, [1.0], [np.nan] * 50])
+def test_a_log_in_which_no_time_passes_states_no_rate(times):
+    codes, ones = np.zeros(len(times), dtype=np.int64), np.ones(len(times))
+    with pytest.raises(DescriptionError, match="no time passes"):
+        Channels.of(np.array(times), codes, ones, ones, other_std=1e-4, time_to_alert=ALERT, stroke=STROKE)
+
+
 def test_more_time_finds_what_the_best_instant_in_it_finds():
     channels = steady(1e-3, 1e-4, samples=100)
     channels.bound[::10] = 0.0
@@ -186,6 +204,7 @@ def test_the_command_line_derives_and_compares_with_it(tmp_path):
         (("--dc", "90 %"), "needs --false-alarms, --other-std, --drift"),
         ((*WORDS, "--drift", "1 mm", "--tolerance", "2 mm"), "is derived with --dc"),
         ((), "what the real sensor says is missing"),
+        (("--within", "5 s"), "is of a tolerance that --dc derives"),
         ((*WORDS, "--drift", "1 mm", "--out", "a.csv"), "needs what the real sensor says"),
     ],
 )

@@ -104,6 +104,16 @@ def test_a_package_is_read_whole(packages, name):
     assert len(ends) == len(system.connections), "an input has one source"
 
 
+def test_pressures_that_a_machine_measures_reach_the_sensor(tmp_path):
+    done = write_ssp(machine.load_machine("eha-valve-rig"), "axis", tmp_path / "axis.ssp", compiler="")
+    with zipfile.ZipFile(done.path) as archive:
+        root = ElementTree.fromstring(archive.read(DESCRIPTION))
+    wires = [dict(one.attrib) for one in root.iter(f"{SPACE}Connection")]
+    for side in "ab":
+        ends = {"startElement": "plant", "endElement": "sensor"}
+        assert ends | {"startConnector": f"pressure_chamber_{side}", "endConnector": f"pressure_{side}"} in wires
+
+
 @pytest.mark.slow
 @compiled
 def test_the_sensor_follows_the_plant(packages):

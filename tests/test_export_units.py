@@ -11,7 +11,12 @@ from ramsight.deploy.fmu_units import BASE, DISPLAY, parameter_unit
 from ramsight.deploy.sensor_words import meaning
 
 fmpy = pytest.importorskip("fmpy")
-WRITTEN = [("mining-loader", "boom", "compare", 2), ("eha-valve-rig", None, "plant", 2), ("press", None, "plant", 3)]
+WRITTEN = [
+    ("mining-loader", "boom", "compare", 2),
+    ("eha-valve-rig", None, "plant", 2),
+    ("press", None, "plant", 3),
+    ("eha-valve-rig", None, "sensor", 2),
+]
 
 
 @pytest.fixture(scope="module", params=WRITTEN, ids=lambda one: f"{one[0]}-{one[2]}")

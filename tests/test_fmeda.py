@@ -193,6 +193,24 @@ def test_a_file_that_is_no_table_is_refused(tmp_path):
         read_table(tmp_path / "a.csv")
     with pytest.raises(LogError, match="cannot be read"):
         read_table(tmp_path / "none.csv")
+    (tmp_path / "a.csv").write_text(",".join(COLUMNS) + "\n" + "x" * 200_000 + "\n")
+    with pytest.raises(LogError, match="is no CSV: field larger"):
+        read_table(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("ends", ["\r", "\r\n"])
+def test_line_ends_of_other_systems_and_rows_of_empty_cells_change_nothing(tmp_path, ends):
+    filled(tmp_path / "a.csv", {("motor_torque", "sign, 20 s"): "30.5"})
+    text = (tmp_path / "a.csv").read_text(encoding="utf-8")
+    blank = "," * (len(COLUMNS) - 1) + "\n"
+    (tmp_path / "b.csv").write_bytes((text + 2 * blank).replace("\n", ends).encode())
+    one, other = (read_table(tmp_path / name) for name in ("a.csv", "b.csv"))
+    assert other.rows == one.rows
+    assert other.filled() == one.filled()
+
+
+def test_without_a_failure_rate_there_is_no_coverage_to_class():
+    assert Coverage.of([]).grade == "none"
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1e6)), min_size=1, max_size=8))

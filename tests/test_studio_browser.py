@@ -624,15 +624,20 @@ def test_strips_stand_where_they_are_dragged_over_and_are_saved(page, tmp_path):
     assert pause.get_attribute("aria-pressed") == "true"
     scales = page.evaluate("studio.plots().map((one) => [one.plot.scales.x.min, one.plot.scales.x.max])")
     assert all(one == scales[0] for one in scales), "all strips show the same time"
-    count = page.evaluate("studio.units.boom.time.length")
+    count, drawn = page.evaluate("[studio.units.boom.time.length, studio.plots()[0].plot.data[0].length]")
     wait(page, lambda: page.evaluate("studio.units.boom.time.length") > count)
     assert page.evaluate("studio.plots()[0].plot.scales.x.max") == scales[0][1], "they stand while the machine goes on"
+    assert page.evaluate("studio.plots()[0].plot.data[0].length") == drawn, "what stands is what was drawn"
     with page.expect_download() as coming:
         page.locator("#strips-picture").click()
     assert Path(coming.value.path()).read_bytes().startswith(b"\x89PNG")
     page.locator("#strips-whole").click()
     assert pause.get_attribute("aria-pressed") == "false"
     wait(page, lambda: page.evaluate("studio.plots()[0].plot.scales.x.max") > scales[0][1])
+    pause.click()
+    page.evaluate("studio.show('bucket')")
+    assert pause.get_attribute("aria-pressed") == "false", "what stands is of another unit"
+    page.evaluate("studio.show('boom')")
     with page.expect_download() as coming:
         page.get_by_role("button", name="save the run of boom").click()
     with zipfile.ZipFile(coming.value.path()) as archive:
@@ -665,8 +670,13 @@ def test_a_german_log_is_tracked_with_its_channels_chosen_from_lists(page, tmp_p
     page.get_by_label("100 % of the motor torque is").wait_for()
     assert page.get_by_role("checkbox", name="use the channel map below").get_attribute("aria-checked") == "true"
     page.get_by_label("100 % of the motor torque is").fill("80 N m")
+    text = page.get_by_label("channel map, to be checked: signs above all")
+    wait(page, lambda: "80 N m" in text.input_value())
+    text.fill("# mine\n" + text.input_value())
     page.get_by_label("true position, where it was measured", exact=True).click()
     page.get_by_role("option", name="Weg [mm]").click()
+    wait(page, lambda: "Weg [mm]" in text.input_value())
+    assert text.input_value().startswith("# mine\n"), "the form keeps what was written beside it"
     picture(page, "studio-channels.png")
     page.locator("#track").click()
     said = page.locator("#log-said")

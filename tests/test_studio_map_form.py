@@ -75,6 +75,21 @@ def test_a_channel_takes_the_place_of_a_constant_temperature():
     assert measured == {"channel": "T", "unit": "degC"}
 
 
+def test_other_keys_of_the_time_stay_and_a_time_without_a_channel_is_none():
+    dated = MAP.replace('unit = "ms" }', 'unit = "ms", date = "2026-01-05" }')
+    changed = tomllib.loads(with_entry(dated, "time", Entry("t", "s")))["time"]
+    assert changed == {"channel": "t", "unit": "s", "date": "2026-01-05"}
+    assert "time" not in tomllib.loads(with_entry(MAP, "time", Entry("", "s")))
+
+
+@pytest.mark.parametrize(
+    ("text", "role"), [("torque = 5\n", "torque"), ("time = 5\n", "time"), ("measured = 3\n", "position")]
+)
+def test_what_is_no_table_is_replaced(text, role):
+    assert entry(with_entry(text, role, Entry("M", "mm")), role).channel == "M"
+    assert with_entry(text, role, Entry()).strip() == ""
+
+
 def test_a_text_that_is_no_toml_stays_as_it_is():
     assert with_entry("[speed", "speed", Entry("n", "rpm")) == "[speed"
 

@@ -1,5 +1,6 @@
 """The log of a live run: what `track` makes of it is what the sensor on the page said; and what the strips mark."""
 
+import asyncio
 import zipfile
 
 import numpy as np
@@ -11,6 +12,8 @@ from ramsight.machine import load_machine
 from ramsight.studio.marks import Marks
 from ramsight.studio.recorder import LONGEST, Recorder
 from ramsight.studio.rig import Rig
+from ramsight.studio.session import Session
+from ramsight.studio.strips_panel import saved_run
 
 PERIOD = 0.02
 
@@ -77,6 +80,52 @@ def test_nothing_is_saved_before_there_is_a_report(tmp_path):
     with pytest.raises(OutputError, match="ram: the drive has not reported anything yet"):
         Recorder(PERIOD).save(tmp_path / "run.zip", "ram", "")
     assert not list(tmp_path.iterdir())
+
+
+def test_of_a_drive_that_was_silent_only_what_the_truth_covers_is_saved(tmp_path):
+    recorder = Recorder(100.0)
+    recorder.report(0.0, {"motor_speed": 1.0, "reference": np.nan})
+    for k in range(60):
+        recorder.truth(100.0 * k, 0.001 * k)
+    with pytest.raises(OutputError, match="has not reported anything for 60 min"):
+        recorder.save(tmp_path / "run.zip", "ram", "")
+    report = {"motor_torque": 1.0, "oil_temperature": 313.0, "reference": np.nan}
+    recorder.report(5500.0, {"motor_speed": 2.0, **report})
+    folder = unpacked(recorder, tmp_path)
+    assert [row.partition(",")[0] for row in (folder / "log.csv").read_text().splitlines()[1:]] == ["5500"]
+    assert '--start "55.0 mm"' in (folder / "README.txt").read_text()
+
+
+def test_runs_of_two_units_that_are_asked_for_at_once_are_not_mixed_up():
+    session = Asked()
+    boom, bucket = asyncio.run(both(session))
+    assert (boom, bucket) == (b"boom", b"bucket")
+    assert not session.saved  # a run is some megabytes
+
+
+class Asked:
+    """A session whose machine answers one after the other."""
+
+    over = False
+
+    def __init__(self):
+        self.saved, self.waiting = {}, []
+
+    def say(self, what, unit):
+        assert what == "save"
+        self.waiting.append(unit)
+
+    def answer(self):
+        unit = self.waiting.pop(0)
+        Session._saved(self, (unit, unit.encode()))
+
+
+async def both(session):
+    asked = [asyncio.ensure_future(saved_run(session, unit)) for unit in ("boom", "bucket")]
+    for _ in asked:
+        await asyncio.sleep(0.3)
+        session.answer()
+    return await asyncio.gather(*asked)
 
 
 def test_an_end_stop_is_marked_once_until_the_piston_has_left_it():

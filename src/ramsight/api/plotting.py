@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.output import check_target
-from ramsight.tracking.figures import LOOKS, Look, draw_run, draw_track, save
+from ramsight.tracking.figures import LOOKS, SCREEN, Look, draw_run, draw_track, save
 from ramsight.tracking.sweep_figure import draw_sweep
 from ramsight.units import argument
 
@@ -31,13 +31,14 @@ def plot(
         path: also write it here: .png, .svg or .pdf.
         title: above the picture; by default what it is.
         width: of a run's or a track's picture [m], or text as ``"88 mm"``, a column of most journals.
-        style: ``screen``, or ``journal``: a serif font of 7 points, thin lines and no title.
+        style: of the same: ``screen``, or ``journal``: a serif font of 7 points, thin lines and no title.
 
     Returns:
         A `matplotlib.figure.Figure` in mm, bar, rpm and N m; no window is opened.
 
     Raises:
-        DescriptionError: the Dataset is none of these, nothing differs between its runs, or there is no such width.
+        DescriptionError: the Dataset is none of these, nothing differs between its runs, there is no such width, or a
+            picture of many runs has none.
         UnknownNameError: there is no such style.
         OutputError: the file cannot be written.
 
@@ -47,10 +48,10 @@ def plot(
         >>> [axes.get_ylabel() for axes in ramsight.plot(run).axes][:2]
         ['position [mm]', 'pressure\n[bar]']
     """
-    look = look_of(width, style)
-    check_target(None if path is None else Path(path), (".png", ".svg", ".pdf"))
     attributes = getattr(dataset, "attrs", {})
     kind, unit = attributes.get("kind"), attributes.get("unit")
+    look = look_of(width, style, is_drawn=kind != "simulated runs")
+    check_target(None if path is None else Path(path), (".png", ".svg", ".pdf"))
     if kind == "track":
         known = "true_position" in dataset
         truth = dataset[["true_position"]].rename(true_position="position") if known else None
@@ -70,14 +71,23 @@ def plot(
     return figure
 
 
-def look_of(width: float | str | None, style: str) -> Look:
+def look_of(width: float | str | None, style: str, *, is_drawn: bool = True) -> Look:
     """Width and style as they were passed.
 
+    Args:
+        width: [m], or text; None for that of the screen.
+        style: one of `LOOKS`.
+        is_drawn: whether there is a picture of a run or a track, which alone has them.
+
     Raises:
-        DescriptionError: there is no such width.
+        DescriptionError: there is no such width, or no picture that has width and style.
         UnknownNameError: there is no such style.
     """
     if style not in LOOKS:
         raise UnknownNameError("style", style, LOOKS)
     wide = None if width is None else argument(width, "m", "width", least="50 mm", most="1000 mm")
-    return Look(wide, style)
+    look = Look(wide, style)
+    if look != SCREEN and not is_drawn:
+        key, value = ("style", style) if width is None else ("width", width)
+        raise DescriptionError("is of the picture of a run or a track, and none is drawn", key=key, value=value)
+    return look

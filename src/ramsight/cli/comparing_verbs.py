@@ -33,7 +33,9 @@ def compare(
         str | None, typer.Option(help="With --dc: standard deviation of all that the real sensor may be off by.")
     ] = None,
     drift: Annotated[str | None, typer.Option(help="With --dc: size of an error of either sensor that stays.")] = None,
-    within: Annotated[str, typer.Option(help="With --dc: time in which it is to be found.")] = "0 s",
+    within: Annotated[
+        str | None, typer.Option(help="With --dc: time in which it is to be found [default: at once].")
+    ] = None,
     time_to_alert: Annotated[str, typer.Option(help="For which both have to be apart.")] = "0.2 s",
     start: Annotated[str | None, typer.Option(help='Piston position at the first sample: "100 mm".')] = None,
     channel_map: Annotated[
@@ -57,23 +59,26 @@ def compare(
     """
     unit = named_unit(machine, unit)
     asked = {"--dc": dc, "--false-alarms": false_alarms, "--other-std": other_std, "--drift": drift}
-    _check_asked(asked, other, tolerance, {"--out": out, "--figure": figure})
+    _check_asked(asked, within, other, tolerance, {"--out": out, "--figure": figure})
     from ramsight.api.second_channel import compare as compared
     from ramsight.output import check_apart, check_installed, check_target
     from ramsight.sensor.comparing import TOLERANCE
     from ramsight.tracking.compared_figure import compared_figure, write_compared
+    from ramsight.tracking.figures import verbatim
 
     check_target(out, (".csv", ".csv.gz", ".parquet"))
     if out is not None:
         check_installed(out)
     check_target(figure, (".png", ".svg", ".pdf"))
+    read: dict[str, str | Path | None] = {"the machine": machine, "the log": log, "the other": other}
+    check_apart(read | {"--map": channel_map}, {"--out": out, "--figure": figure})
     if dc is not None and false_alarms is not None and other_std is not None and drift is not None:
         from ramsight.api.tolerance_deriving import derive_tolerance
 
         with strictly(is_strict=strict):
             derived = derive_tolerance(
                 machine, log, unit=unit, dc=dc, false_alarms=false_alarms, other_std=other_std, drift=drift,
-                within=within, time_to_alert=time_to_alert, start=start, channel_map=channel_map, progress=True,
+                within=within or 0.0, time_to_alert=time_to_alert, start=start, channel_map=channel_map, progress=True,
             )  # fmt: skip
         say_verdicts(derived.text)
         if derived.tolerance is None:
@@ -81,8 +86,6 @@ def compare(
         tolerance = f"{1e3 * derived.tolerance:.2f} mm"
     if other is None:
         return
-    read: dict[str, str | Path | None] = {"the machine": machine, "the log": log, "the other": other}
-    check_apart(read | {"--map": channel_map}, {"--out": out, "--figure": figure})
     with strictly(is_strict=strict):
         found = compared(
             machine,
@@ -98,13 +101,17 @@ def compare(
         if out is not None:
             write_compared(found.track, out)
         if figure is not None:
-            compared_figure(found.track, f"{machine}, {unit}: {other.name}", figure)
+            compared_figure(found.track, verbatim(f"{machine}, {unit}: {other.name}"), figure)
         typer.echo(found.text)
         say_written(out, figure)
 
 
 def _check_asked(
-    asked: dict[str, str | None], other: Path | None, tolerance: str | None, results: dict[str, Path | None]
+    asked: dict[str, str | None],
+    within: str | None,
+    other: Path | None,
+    tolerance: str | None,
+    results: dict[str, Path | None],
 ) -> None:
     """Refuse options that do not go together.
 
@@ -117,6 +124,8 @@ def _check_asked(
     missing = [name for name, value in asked.items() if value is None]
     if passed and missing:
         raise DescriptionError(f"needs {', '.join(missing)} beside it", key=passed[0], value=asked[passed[0]])
+    if within is not None and not passed:
+        raise DescriptionError("is of a tolerance that --dc derives", key="--within", value=within)
     if passed and tolerance is not None:
         raise DescriptionError("is derived with --dc: pass one of them", key="--tolerance", value=tolerance)
     if other is None and not passed:

@@ -135,11 +135,11 @@ def track(
     from ramsight.plant.build import build
     from ramsight.tracking.availability import TIME_TO_ALERT
     from ramsight.tracking.compared_track import error_text, errors_of
-    from ramsight.tracking.figures import tracked_figure
+    from ramsight.tracking.figures import tracked_figure, verbatim
     from ramsight.tracking.true_position import known_position
 
     _check_files(machine, log, sensor, channel_map, truth, out, figure, state)
-    look = look_of(width, style)
+    look = look_of(width, style, is_drawn=figure is not None)
     description = load_machine(machine)
     built = build(description, unit)
     position, std = start_of(built, start, start_std)
@@ -165,7 +165,7 @@ def track(
             say=typer.echo,
         )
         if figure is not None and done.track is not None and done.log is not None:
-            title = f"{description.title or description.name}, {unit}: {log.name}"
+            title = verbatim(f"{description.title or description.name}, {unit}: {log.name}")
             shown = None if true is None else true.dataset()
             tracked_figure(done.log.dataset(), done.track.dataset(), shown, title, figure, look)
         typer.echo(done.summary)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -81,8 +81,8 @@ class Coverage:
 
     @property
     def grade(self) -> str:
-        """Class of ISO 13849-1 that the lower end is in."""
-        return next(name for least, name in CLASSES if self.at_least >= least)
+        """Class of ISO 13849-1 that the lower end is in; ``none`` without a failure rate."""
+        return next((name for least, name in CLASSES if self.at_least >= least), "none")
 
     @property
     def text(self) -> str:
@@ -177,16 +177,13 @@ def read_table(file: str | Path) -> CoverageTable:
     text = _text(path)
     head, *_ = text.splitlines() or [""]
     mark = ";" if head.count(";") > head.count(",") else ","
-    reader = csv.DictReader(io.StringIO(text), delimiter=mark, restval="")
-    there = reader.fieldnames or ()
-    for name in _READ:
-        if name not in there:
-            raise LogError("column is missing", file=str(path), line=1, column=name)
+    reader = csv.DictReader(io.StringIO(text, newline=None), delimiter=mark, restval="")
+    there = _header(reader, str(path))
     names = list(dict.fromkeys((*there, *COLUMNS)))
     rows, cells, wrong = [], [], []
-    for row in reader:
+    for row, line in _filled_rows(reader, str(path)):
         try:
-            rows.append(_rated(row, str(path), reader.line_num, _decimal(mark)))
+            rows.append(_rated(row, str(path), line, _decimal(mark)))
             cells.append({name: row.get(name) or "" for name in names})
         except LogError as error:
             wrong.append(error)
@@ -195,6 +192,28 @@ def read_table(file: str | Path) -> CoverageTable:
     if not rows:
         raise LogError("has no rows", file=str(path))
     return CoverageTable(tuple(rows), tuple(cells), mark)
+
+
+def _header(reader: csv.DictReader[str], file: str) -> Sequence[str]:
+    """The names of the columns."""
+    try:
+        there = reader.fieldnames or ()
+    except csv.Error as error:
+        raise LogError(f"is no CSV: {error}", file=file, line=1) from error
+    for name in _READ:
+        if name not in there:
+            raise LogError("column is missing", file=file, line=1, column=name)
+    return there
+
+
+def _filled_rows(reader: csv.DictReader[str], file: str) -> Iterator[tuple[dict[str, str], int]]:
+    """Rows and their lines; spreadsheets leave rows of empty cells behind the last one."""
+    try:
+        for row in reader:
+            if any(row[name] for name in _READ):
+                yield row, reader.line_num
+    except csv.Error as error:
+        raise LogError(f"is no CSV: {error}", file=file, line=reader.line_num) from error
 
 
 def _text(path: Path) -> str:

@@ -109,14 +109,24 @@ def sensor_model(
             stroke,
         ),
         Variable("start_std", "real", "parameter", "m", "its standard deviation", START_STD, None, 0.0, most),
-        *(Variable(n, "real", "input", "1", "command, -1 to 1", COMMANDED, None, -1.0, 1.0) for n in sensor.commands),
+        *(Variable(n, "real", "input", "", "command, -1 to 1", COMMANDED, None, -1.0, 1.0) for n in sensor.commands),
         *(
             Variable(n, "real", "input", MEASURED[n][0], f"{n.replace('_', ' ')}, {NOTHING}", UNKNOWN)
             for n in sensor.optional
         ),
         *(behind.takes if behind else ()),
         *(Variable(n, "real", "parameter", "", f"{n}, in SI units", value) for n, value in numbers.items()),
-        *(Variable(n, "real", "output", _fmi_unit(sensor.units[n]), titled_meaning(n), **_chance(n)) for n in says),
+        *(
+            Variable(
+                n + "_estimated" * (n in sensor.further),
+                "real",
+                "output",
+                _fmi_unit(sensor.units[n]),
+                titled_meaning(n),
+                **_chance(n),
+            )
+            for n in says
+        ),
         *(behind.says if behind else ()),
         Variable("status", "status", "output", "", "what the position is worth"),
         *(behind.words if behind else ()),

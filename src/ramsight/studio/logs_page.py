@@ -61,10 +61,12 @@ class _LogsPage:
         """Lay the page out."""
         with ui.element("section").classes("panel"):
             self._inputs()
-        self.choosing = ui.element("section").classes("panel mt-3")
-        with self.choosing, ui.expansion("Which channel is what").classes("w-full") as self.roles:
+        with (
+            ui.element("section").classes("panel mt-3") as self.choosing,
+            ui.expansion("Which channel is what").classes("w-full") as self.roles,
+        ):
             ui.label("as proposed by names, units and values; look at the signs: positive extends the rod")
-            self.form = MapForm(self._mapped)
+            self.form = MapForm(lambda: self.map.value or "", self._mapped)
         self.choosing.set_visibility(False)
         with ui.element("section").classes("panel"):
             ui.label("drag to look closer, double-click for all of it").classes("text-xs")
@@ -163,7 +165,7 @@ class _LogsPage:
         self.map.set_value(found["map"])
         names = [one["name"] for one in found["channels"]]
         clock = entry(found["map"], "time").channel
-        self.form.show(found["map"], [*([clock] if clock and clock not in names else []), *names])
+        self.form.show([*([clock] if clock and clock not in names else []), *names])
         self.mapped.set_value(not is_standard({*names, clock}))
         self.roles.set_value(self.mapped.value)  # of a log with the usual columns nothing has to be chosen
         self.choosing.set_visibility(True)

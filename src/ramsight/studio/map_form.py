@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, MutableMapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,34 +76,38 @@ def with_entry(text: str, role: str, said: Entry) -> str:
         said: the entry; without a channel and a constant temperature there is none.
 
     Example:
-        >>> print(with_entry("# mine\n", "position", Entry("Weg", "mm")), end="")
-        # mine
-        [measured]
-        position = {channel = "Weg", unit = "mm"}
+        >>> with_entry("# mine\n", "position", Entry("Weg", "mm")).splitlines()[-2:]
+        ['[measured]', 'position = {channel = "Weg", unit = "mm"}']
     """
     try:
         map_ = tomlkit.parse(text)
     except TOMLKitError:
         return text
     if role == "position":
-        if said.channel:
-            map_.setdefault("measured", tomlkit.table())["position"] = _filled(tomlkit.inline_table(), role, said)
-        elif "position" in map_.get("measured", {}):
-            map_["measured"].pop("position")
-            if not map_["measured"]:
-                map_.pop("measured")
-    elif role == "time":
-        map_["time"] = _filled(tomlkit.inline_table(), role, said)
-    elif not said.channel and not said.constant:
-        map_.pop(role, None)
+        if not isinstance(map_.get("measured", {}), MutableMapping):
+            map_.pop("measured")
+        measured: Any = map_.setdefault("measured", tomlkit.table())
+        _place(measured, role, said, tomlkit.inline_table)
+        if not measured:
+            map_.pop("measured")
     else:
-        own = map_.setdefault(role, tomlkit.table())
-        _filled(own, role, said)
+        _place(map_, role, said, tomlkit.inline_table if role == "time" else tomlkit.table)
     return tomlkit.dumps(map_)
 
 
-def _filled(own: Any, role: str, said: Entry) -> Any:
-    """A table of the map with what an entry says; other keys of it stay."""
+def _place(within: Any, role: str, said: Entry, make: Callable[[], Any]) -> None:
+    """Put an entry into a table of the map, or take it away."""
+    if said.channel or said.constant:
+        own = within.get(role)
+        own = own if isinstance(own, MutableMapping) else make()
+        _filled(own, role, said)
+        within[role] = own
+    else:
+        within.pop(role, None)
+
+
+def _filled(own: Any, role: str, said: Entry) -> None:
+    """Put what an entry says into a table of the map; other keys of it stay."""
     wanted = {"channel": said.channel, "unit": said.unit if said.channel else "", "rated": said.rated}
     wanted["constant"] = "" if said.channel else said.constant
     for key, value in wanted.items():
@@ -113,30 +117,29 @@ def _filled(own: Any, role: str, said: Entry) -> Any:
             own.pop(key, None)
     if role in _SIGNED and said.channel:
         own["sign"] = -1 if said.is_reversed else 1
-    return own
 
 
 class MapForm:
     """The form of a map.
 
     Args:
+        text: gives the map's text as it is now; it may have been edited beside the form.
         changed: is passed the map's text after each change.
     """
 
-    def __init__(self, changed: Callable[[str], object]) -> None:
-        self._changed, self._text = changed, ""
+    def __init__(self, text: Callable[[], str], changed: Callable[[str], object]) -> None:
+        self._text, self._changed = text, changed
         self._place = ui.element("div").classes("map-form w-full").props("id=map-form")
 
-    def show(self, text: str, channels: list[str]) -> None:
-        """Lay the form out for a map and the channels that a log has."""
-        self._text = text
+    def show(self, channels: list[str]) -> None:
+        """Lay the form out for the map and the channels that a log has."""
         self._place.clear()
         with self._place:
             for role, (name, units) in ROLES.items():
                 self._row(role, name, units, channels)
 
     def _row(self, role: str, name: str, units: tuple[str, ...], channels: list[str]) -> None:
-        said = entry(self._text, role)
+        said = entry(self._text(), role)
         with ui.row().classes("items-end gap-2 w-full"):
             options = {"": "none", **{one: one for one in channels}}
             if said.channel not in options:
@@ -161,9 +164,8 @@ class MapForm:
                 channel.value or "", unit.value or "", (rated.value or "") if is_share else "",
                 (constant.value or "") if role == "temperature" else "", bool(turned.value),
             )  # fmt: skip
-            self._text = with_entry(self._text, role, now)
             fit()
-            self._changed(self._text)
+            self._changed(with_entry(self._text(), role, now))
 
         fit()
         for one in (channel, unit, rated, constant, turned):

@@ -12,6 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ramsight.duty.live import Reported
 from ramsight.errors import OutputError
@@ -63,6 +64,12 @@ class Recorder:
             for column in columns.values():
                 del column[: count - self._most]
 
+    def _known_reports(self) -> dict[str, NDArray[np.float64]]:
+        """The reports since the truth begins; of a drive that was silent older ones are kept."""
+        columns = {key: np.array(column) for key, column in self._reports.items()}
+        is_known = columns["time"] >= self._truth["time_s"][0]
+        return {key: column[is_known] for key, column in columns.items()}
+
     def save(self, path: Path, name: str, toml: str) -> None:
         """Write log, truth and description as a ZIP file, with the command that tracks them.
 
@@ -80,12 +87,14 @@ class Recorder:
 
         if not self._reports:
             raise OutputError(f"{name}: the drive has not reported anything yet")
-        columns = {key: np.array(column) for key, column in self._reports.items()}
+        columns = self._known_reports()
+        if not len(columns["time"]):
+            raise OutputError(f"{name}: the drive has not reported anything for {LONGEST / 60.0:g} min")
         known = {key: ("time", column) for key, column in columns.items() if key != "time"}
         if not np.isfinite(columns[REFERENCE.name]).any():
             del known[REFERENCE.name]
         log = xarray.Dataset(known, coords={"time": columns["time"]}, attrs={"kind": DRIVE_LOG})
-        with TemporaryDirectory() as made:
+        with TemporaryDirectory(dir=path.parent) as made:
             folder = Path(made)
             for suffix in (".csv", ".mcap") if find_spec("mcap") else (".csv",):
                 write_log(log, folder / f"log{suffix}")

@@ -28,8 +28,8 @@ class Session:
         about: name, units and strokes; None until it is ready.
         ended: why it has ended, in words; "" while it has not.
         wrong: what of its description cannot run, where that is why it has ended.
-        rejected: why it did not do the last thing that it could not do; "" at first.
-        saved: a run as a ZIP file, or why there is none, once it was asked for and has come.
+        refused: why it did not do the last thing that it could not do; "" at first.
+        saved: by unit, a run that was asked for and has come as a ZIP file, or why there is none.
         dropped: frames that the page was too slow for.
     """
 
@@ -40,7 +40,7 @@ class Session:
         self.about: dict[str, Any] | None = None
         self.ended, self.refused, self.dropped = "", "", 0
         self.wrong: Problem | None = None
-        self.saved: bytes | str | None = None
+        self.saved: dict[str, bytes | str] = {}
         self._frames: deque[Frame] = deque()
         self._heard = time.monotonic()
         self._lock, self._closed = threading.Lock(), False
@@ -118,8 +118,9 @@ class Session:
     def _refused(self, text: str) -> None:
         self.refused = text
 
-    def _saved(self, what: bytes | str) -> None:
-        self.saved = what
+    def _saved(self, run: tuple[str, bytes | str]) -> None:
+        unit, what = run
+        self.saved[unit] = what
 
     def _ended(self, said: tuple[str, Problem | None]) -> None:
         self.ended, self.wrong = said

@@ -48,24 +48,39 @@ def _button(name: str, words: str, hint: str, kind: str) -> str:
 def _saving(session: Session, unit: str, *, of_several: bool) -> None:
     """A button that saves the newest hour of a unit's run."""
     words = f"save the run of {unit}" if of_several else "save the run"
-    button = ui.button(words, on_click=partial(_save, session, unit), color=None)
+    button = ui.button(words, color=None)
+    button.on_click(partial(_save, session, unit, button))
     hint = "log of the drive, truth and description: what ramsight track takes"
     button.props(f'dense no-caps unelevated title="{hint}"').classes("latch")
 
 
-async def _save(session: Session, unit: str) -> None:
+async def _save(session: Session, unit: str, button: ui.button) -> None:
     """Ask for the run, wait until it has come, and hand it to the browser."""
-    session.saved = None
-    session.say("save", unit)
-    waited = 0.0
-    while session.saved is None and waited < _PATIENCE and not session.over:
-        await asyncio.sleep(_LOOKS)
-        waited += _LOOKS
-    found = session.saved
+    button.disable()
+    try:
+        found = await saved_run(session, unit)
+    finally:
+        button.enable()
     if isinstance(found, bytes):
         ui.download.content(found, f"{unit}-run.zip", "application/zip")
     else:
         ui.notify(found or "the machine gives no answer", type="negative")
+
+
+async def saved_run(session: Session, unit: str) -> bytes | str | None:
+    """The run of a unit as a ZIP file, or why there is none; None if nothing has come in time.
+
+    Args:
+        session: of the machine.
+        unit: of it.
+    """
+    session.saved.pop(unit, None)
+    session.say("save", unit)
+    waited = 0.0
+    while unit not in session.saved and waited < _PATIENCE and not session.over:
+        await asyncio.sleep(_LOOKS)
+        waited += _LOOKS
+    return session.saved.pop(unit, None)
 
 
 def _key() -> str:

@@ -32,7 +32,7 @@ from ramsight.studio.job import Say
 from ramsight.studio.thinning import keep
 from ramsight.tracking.compared_track import error_text, errors_of
 from ramsight.tracking.end_visits import visits
-from ramsight.tracking.figures import tracked_figure
+from ramsight.tracking.figures import tracked_figure, verbatim
 from ramsight.tracking.true_position import truth_in
 
 if TYPE_CHECKING:
@@ -218,7 +218,7 @@ def _draw(asked: Asked, log: xarray.Dataset, found: xarray.Dataset, known: xarra
     thin = {"time": slice(None, None, every)}
     if known is not None and every > 1:  # the truth at the samples that are drawn, so that errors stay what they are
         known = known.interp(time=found["time"].values[::every])
-    title = f"{asked.machine.title or asked.machine.name}, {asked.unit}: {Path(asked.file).name}"
+    title = verbatim(f"{asked.machine.title or asked.machine.name}, {asked.unit}: {Path(asked.file).name}")
     for name in FIGURES:
         tracked_figure(log.isel(thin), found.isel(thin), known, title, asked.folder / name)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass, field, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -205,16 +206,27 @@ class _Clock:
         self._from_now(time.perf_counter())
 
     def _save(self, unit: str) -> None:
-        """Hand out the log of a unit's drive with its truth; time stands meanwhile."""
+        """Hand out the log of a unit's drive with its truth; time stands meanwhile, of an hour for some seconds."""
+        with ThreadPoolExecutor(1) as pool:
+            made = pool.submit(self._packed, unit)
+            while not wait([made], _ALIVE).done:
+                self.pipe.send(("alive", None))
+            self.pipe.send(("saved", (unit, made.result())))
+        self._from_now(time.perf_counter())
+
+    def _packed(self, unit: str) -> bytes | str:
+        """The run of a unit as a ZIP file, or why there is none."""
         toml = "\n".join(as_toml(self.described, self.described.sources)).strip() + "\n"
+        folder = ""
         try:
             with TemporaryDirectory() as folder:
                 path = Path(folder) / "run.zip"
                 self.rig.recorders[unit].save(path, unit, toml)
-                self.pipe.send(("saved", path.read_bytes()))
+                return path.read_bytes()
         except RamsightError as error:
-            self.pipe.send(("saved", str(error)))
-        self._from_now(time.perf_counter())
+            return str(error).replace(f"{folder}/", "")
+        except OSError as error:  # its text names a folder of the server
+            return f"{unit}: the run cannot be saved: {error.strerror or 'no file can be written'}"
 
     def _frame(self, now: float) -> Frame:
         every = max(math.ceil(len(self.rows) / _ROWS), 1)

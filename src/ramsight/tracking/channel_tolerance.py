@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import RISK
@@ -97,20 +98,29 @@ class Channels:
         time_to_alert: float,
         stroke: float,
     ) -> Channels:
-        """From what a sensor states over time [s]; other arguments as those of the class."""
+        """From what a sensor states over time [s]; other arguments as those of the class.
+
+        A sample behind which time is missing, stands or goes back lasts for nothing; the last one lasts as usual.
+
+        Raises:
+            DescriptionError: no time passes.
+        """
         steps = np.diff(time)
-        duration = np.append(steps, np.median(steps)) if len(steps) else np.ones(1)
+        steps = np.where(steps > 0.0, steps, 0.0)
+        if not steps.any():
+            raise DescriptionError("no time passes in the log, so that no rate can be stated")
+        duration = np.append(steps, np.median(steps[steps > 0.0]))
         checked = (status < Status.NOT_REFERENCED) & (bound < stroke)
         return cls(duration, checked, bound, std, other_std, time_to_alert, stroke)
 
     @property
     def period(self) -> float:
         """Usual time between samples [s]."""
-        return float(np.median(self.duration))
+        return float(np.median(self.duration[self.duration > 0.0]))
 
     def false_alerts(self, tolerance: float) -> float:
         """Upper bound of the rate of false alerts with a tolerance [m], per second that is compared."""
-        here = self.checked
+        here = self.checked & (self.duration > 0.0)
         if not here.any():
             return math.nan
         size = (self.bound[here] + tolerance) / self._spread[here]

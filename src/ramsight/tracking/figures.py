@@ -50,7 +50,7 @@ _JOURNAL = {
     "mathtext.fontset": "stix",
     "axes.linewidth": 0.5,
     "grid.linewidth": 0.4,
-    "pdf.fonttype": 42,  # fonts as outlines, which publishers ask for
+    "pdf.fonttype": 42,  # TrueType, which publishers ask for
 }
 LOOKS = ("screen", "journal")
 _INCH = 25.4e-3  # m
@@ -95,6 +95,16 @@ class Look:
 
 
 SCREEN = Look()
+
+
+def verbatim(text: str) -> str:
+    r"""A title with the name of a file in it: Matplotlib would set what is between two $ as a formula.
+
+    Example:
+        >>> verbatim("a$b$.csv")
+        'a\\$b\\$.csv'
+    """
+    return text.replace("$", r"\$")
 
 
 def save(figure: Any, path: str | Path) -> None:

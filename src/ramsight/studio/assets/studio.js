@@ -87,7 +87,7 @@ window.studio = (() => {
   // A tab that is not open is out of the document, and its places with it: they are those that were drawn in.
   function recolour() {
     if (plots.length) plots = strips().map((strip, k) => make(strip, plots[k].place));
-    draw();
+    studio.timeline.whole();
     if (seen.columns) track(seen.columns, seen.references, (id) => pictures[id]);
   }
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(recolour, 100));
@@ -95,7 +95,7 @@ window.studio = (() => {
   function show(name) {
     shown = name;
     for (const one of document.querySelectorAll("[data-circuit]")) one.hidden = one.dataset.circuit !== name;
-    draw();
+    studio.timeline.whole(); // what stands is of another unit
   }
 
   function take(unit, time, columns) {

@@ -10,7 +10,9 @@ studio.timeline = (() => {
   const moves = (type) => type === "mousemove" || type === "mouseleave";
   const cursor = { drag: { x: true, y: false, setScale: false }, sync: { key: "strips", filters: { pub: moves, sub: moves } } };
 
+  // What is drawn then is a copy: what the strips keep goes on.
   function stand(on) {
+    if (on && !stands) for (const { plot } of studio.plots()) plot.setData(plot.data.map((row) => row.slice()), false);
     stands = on;
     place("strips-pause")?.setAttribute("aria-pressed", `${on}`);
   }
