@@ -42,11 +42,31 @@ def still(sensor, time, **other):
 
 def test_without_a_reference_it_has_no_position(boom):
     sensor = reckoned(boom)
-    assert still(sensor, 0.0).status is Status.NOT_REFERENCED
+    before = still(sensor, 0.0)
+    assert before.status is Status.NOT_REFERENCED
+    assert before.position_std == boom.cylinder.stroke
     now = still(sensor, 0.02, reference=0.25)
     assert now.position == 0.25
     assert now.status is Status.OK
     assert now.position_std < 2.5e-3
+
+
+@pytest.mark.parametrize("place", [-0.1, -4.1, 1.1, 5.1])
+def test_a_reference_where_no_piston_can_be_is_refused(boom, place):
+    """Within four standard deviations of the stroke's ends it is taken."""
+    far, stroke = boom.assumptions.stops.reference, boom.cylinder.stroke
+    reference = place * far if place < 0.0 else stroke + (place - 1.0) * far
+    sensor = reckoned(boom)
+    sensor.start(0.2)
+    before = still(sensor, 0.0)
+    now = still(sensor, 0.02, reference=reference)
+    if place in (-0.1, 1.1):
+        assert now.position == reference
+        assert now.status is Status.OK
+    else:
+        assert now.position == pytest.approx(before.position, abs=1e-4)
+        assert now.status is Status.REFERENCE_REFUSED
+        assert now.position_std >= before.position_std
 
 
 def test_what_it_is_off_by_is_within_what_it_says(boom, days):

@@ -8,7 +8,7 @@ machine, so that what they do to the position adds up with its sign: a way and t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 
@@ -29,6 +29,7 @@ from ramsight.sensor.status import Status
 from ramsight.sensor.status_rules import outside_temperature
 from ramsight.sensor.thresholds import (
     OUTSIDE,
+    OUTSIDE_STROKE_STD,
     OVERSPEED_SHARE,
     REFERENCE_DUE_SHARE,
     RELIEF_BALANCE_SHARE,
@@ -109,6 +110,7 @@ def reckoned(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Vir
 
 def _step(state: CountedState, raw: Raw, model: MachineModel) -> tuple[CountedState, Report, list[Section], Intake]:
     intake_state, sample, intake = check_inputs(state.intake, raw, model)
+    refused, sample = _checked_reference(sample, model)
     title = "Input check: what of the sample is possible, and what stands in for the rest"
     sections = [Section(title, (intake, sample.motor_speed, sample.motor_torque, sample.oil_temperature))]
     warming_state, warming = (None, 0.0) if state.warming is None else warming_rate(state.warming, sample)
@@ -138,9 +140,9 @@ def _step(state: CountedState, raw: Raw, model: MachineModel) -> tuple[CountedSt
     std2 = variance + ca.if_else(begins, 0.0, learned2)
     known = any_of(state.position_known, new)
     shown = ca.if_else(new, sample.reference, position)
-    std = ca.sqrt(std2 + (step.motion.give * step.load.std) ** 2)
+    std = ca.if_else(known, ca.sqrt(std2 + (step.motion.give * step.load.std) ** 2), model.stroke)
     velocity = _velocity(state, sample, step.motion.travel)
-    status = _status(sample, intake, relief, known, std, probability, model)
+    status = _status(sample, intake, relief, known, refused, std, probability, model)
     more: Outputs = {
         **model.balance.chambers(step.z),
         "position_low": (within(shown - TWO_SIDED_95 * std, 0.0, model.stroke), "m"),
@@ -163,6 +165,14 @@ def _step(state: CountedState, raw: Raw, model: MachineModel) -> tuple[CountedSt
     return after, Report(shown, std, velocity, step.load.value, status, more), sections, intake
 
 
+def _checked_reference(sample: Sample, model: MachineModel) -> tuple[Flag, Sample]:
+    """Whether a reference lies where no piston can be, and the sample without it."""
+    far = OUTSIDE_STROKE_STD * model.assumed.stops.reference
+    inside = all_of(sample.reference >= -far, sample.reference <= model.stroke + far)
+    refused = all_of(sample.referenced, negated(inside))
+    return refused, replace(sample, referenced=all_of(sample.referenced, inside))
+
+
 def _velocity(state: CountedState, sample: Sample, travel: Scalar) -> Scalar:
     """Smoothed [m/s]."""
     dt = sample.elapsed
@@ -175,6 +185,7 @@ def _status(
     intake: Intake,
     relief: ReliefLossState,
     known: Flag,
+    refused: Flag,
     std: Scalar,
     probability: Scalar,
     model: MachineModel,
@@ -188,6 +199,7 @@ def _status(
         Status.TEMPERATURE_LOST: intake.temperature_bad,
         Status.NEAR_RELIEF: probability > 0.0,
         Status.INPUT_GAP: intake.gap,
+        Status.REFERENCE_REFUSED: refused,
         Status.POSITION_LOST: relief.unobservable,
         Status.NOT_REFERENCED: negated(known),
         Status.TOO_UNCERTAIN: all_of(known, std > UNCERTAIN_SHARE * stroke),
