@@ -158,13 +158,16 @@ def _chapter(chapter: Chapter) -> list[str]:
 
 
 def _wrapped(line: str) -> str:
-    """A paragraph in lines; tables, pictures and what has its lines already stay."""
+    """A paragraph in lines; tables, pictures and what has its lines already stay.
+
+    No line begins with a percent sign, which MyST takes for a comment.
+    """
     if "\n" in line or line.startswith(("|", "#", "!")):
         return line
     further = "  " if line.startswith("- ") else ""
-    return "\n".join(
-        textwrap.wrap(line, _WIDTH, break_long_words=False, break_on_hyphens=False, subsequent_indent=further)
-    )
+    joined = line.replace(" %", "\N{NO-BREAK SPACE}%")
+    lines = textwrap.wrap(joined, _WIDTH, break_long_words=False, break_on_hyphens=False, subsequent_indent=further)
+    return "\n".join(lines).replace("\N{NO-BREAK SPACE}%", " %")
 
 
 def main() -> None:

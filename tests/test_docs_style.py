@@ -109,3 +109,9 @@ def test_few_sentences_of_all_pages_are_long(counting):
     pages = [page for page in IN_FOLDERS if page.relative_to(ROOT).as_posix() not in LONGER]
     lengths = [counting.words(one) for page in pages for one in counting.sentences(page.read_text("utf-8"))]
     assert sum(length > counting.LONG for length in lengths) <= MOST_OF_ALL * len(lengths)
+
+
+def test_no_line_of_a_page_begins_with_a_percent_sign():
+    """MyST takes such a line for a comment, and the site would not have its words."""
+    lost = [(page.name, line) for page in IN_FOLDERS for line in page.read_text(encoding="utf-8").splitlines()]
+    assert [(page, line) for page, line in lost if line.lstrip().startswith("%")] == []
