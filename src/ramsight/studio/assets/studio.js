@@ -242,7 +242,7 @@ window.studio = (() => {
     const lines = names.map((one, k) => series(one, STUDIED[k % STUDIED.length], { dash: k ? [8 - k, 2 + k] : undefined, points: { show: true, size: 5 } }));
     const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 56, ...more });
     new uPlot({ title: "95 % of the samples within [mm], over the machines so far", width: place.clientWidth || 600, height: 200,
-      series: [{ label: "machines" }, ...lines], axes: [axis({ size: 28 }), axis()], legend: { live: false, markers: MARKERS },
+      series: [{ label: "machines" }, ...lines], axes: [axis({ size: 28, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000] }), axis()], legend: { live: false, markers: MARKERS },
       cursor: { show: false }, scales: { x: { time: false }, y: { range: (_, __, most) => [0, 1.1 * (most || 1)] } } },
       [rows.map((row) => row.machines), ...names.map((one) => rows.map((row) => row[one] ?? null))], place);
   }
