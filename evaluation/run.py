@@ -61,6 +61,11 @@ class Study:
     run: Callable[[argparse.Namespace, Advance], Any]
 
 
+def whole(what: str, module: Any) -> Study:
+    """A study that is always the same: a module with `runs`, how many steps it has, and `study`."""
+    return Study(what, lambda given: module.runs(), lambda given, advance: module.study(advance))
+
+
 STUDIES = {
     "recorded": Study("recorded logs", lambda given: 1, lambda given, advance: recorded.study(advance)),
     "starts": Study("starts", lambda given: len(starts.names()), lambda given, advance: starts.study(advance)),
@@ -90,17 +95,9 @@ STUDIES = {
         lambda given: tuned_sensor.runs(given.machines),
         lambda given, advance: tuned_sensor.study(given.machines, advance),
     ),
-    "commissioned": Study(
-        "machines commissioned", lambda given: commissioned.runs(), lambda given, advance: commissioned.study(advance)
-    ),
-    "wrong_descriptions": Study(
-        "machines described wrongly",
-        lambda given: wrong_descriptions.runs(),
-        lambda given, advance: wrong_descriptions.study(advance),
-    ),
-    "leak_learning": Study(
-        "leakages learned", lambda given: leak_learning.runs(), lambda given, advance: leak_learning.study(advance)
-    ),
+    "commissioned": whole("machines commissioned", commissioned),
+    "wrong_descriptions": whole("machines described wrongly", wrong_descriptions),
+    "leak_learning": whole("leakages learned", leak_learning),
     "work_days": Study(
         "work days", lambda given: 2 * given.days, lambda given, advance: work_days.study(given.days, advance)
     ),
@@ -121,20 +118,10 @@ STUDIES = {
     "second_channel": Study(
         "a second channel", lambda given: given.seeds, lambda given, advance: second_channel.study(given.seeds, advance)
     ),
-    "loader_control": Study(
-        "driving the loader", lambda given: loader_control.runs(), lambda given, advance: loader_control.study(advance)
-    ),
-    "unit_control": Study(
-        "driving every circuit", lambda given: unit_control.runs(), lambda given, advance: unit_control.study(advance)
-    ),
-    "drive_control": Study(
-        "driving with every drive",
-        lambda given: drive_control.runs(),
-        lambda given, advance: drive_control.study(advance),
-    ),
-    "loop_response": Study(
-        "the loop's response", lambda given: loop_response.runs(), lambda given, advance: loop_response.study(advance)
-    ),
+    "loader_control": whole("driving the loader", loader_control),
+    "unit_control": whole("driving every circuit", unit_control),
+    "drive_control": whole("driving with every drive", drive_control),
+    "loop_response": whole("the loop's response", loop_response),
     "real_machine": Study(
         "days of real machines",
         lambda given: real_machine.runs(real_machine.DAYS),
@@ -145,9 +132,7 @@ STUDIES = {
         lambda given: in_service.runs(in_service.DAYS),
         lambda given, advance: in_service.study(in_service.DAYS, advance),
     ),
-    "quadrants": Study(
-        "moves in four quadrants", lambda given: quadrants.runs(), lambda given, advance: quadrants.study(advance)
-    ),
+    "quadrants": whole("moves in four quadrants", quadrants),
     "effects": Study(
         "effects of a real machine",
         lambda given: len(effects.EFFECTS),

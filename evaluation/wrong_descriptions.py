@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 import ramsight
-from ramsight.calibration.leakage import LeakTestError, leak_test
 from ramsight.machine.base import walk
+from ramsight.study.commissioning.log_checks import leakage
 from ramsight.study.commissioning.observed import observed
 from ramsight.study.commissioning.wrong_values import Judgement, judge
 
@@ -68,10 +68,7 @@ def study(advance: Callable[[int], object]) -> list[dict[str, Any]]:
 def judged(machine: ramsight.Machine, unit: str, log: Any, track: Any, truth: Any) -> Judgement:
     """The description against the log, as `ramsight commission` does it."""
     made = ramsight.build(machine, unit)
-    try:
-        test = leak_test(made, log)
-    except LeakTestError:
-        test = None
+    _, test = leakage(made, log)
     return judge(unit, machine.unit(unit), made, observed(made, log, track, test, truth))
 
 

@@ -5,10 +5,10 @@ import pytest
 import xarray
 
 import ramsight
-from ramsight.calibration.leakage import LeakTestError, leak_test
 from ramsight.machine.base import walk
 from ramsight.study.commissioning.description_check import description
 from ramsight.study.commissioning.finding import Verdict
+from ramsight.study.commissioning.log_checks import leakage
 from ramsight.study.commissioning.observed import LEAK, RELIEF, STROKE, TRAVEL, TURN, Observation, observed, predicted
 from ramsight.study.commissioning.wrong_values import judge
 from ramsight.tracking.weighing import probabilities
@@ -52,10 +52,7 @@ def with_wrong(machine, unit, path, factor):
 
 def judged(machine, unit, log, track, truth):
     built = ramsight.build(machine, unit)
-    try:
-        test = leak_test(built, log)
-    except LeakTestError:
-        test = None
+    _, test = leakage(built, log)
     return judge(unit, machine.unit(unit), built, observed(built, log, track, test, truth))
 
 

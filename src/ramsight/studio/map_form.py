@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Mapping, MutableMapping
+from collections.abc import Callable, MutableMapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,18 +11,20 @@ import tomlkit
 from nicegui import ui
 from tomlkit.exceptions import TOMLKitError
 
-SHARES = ("%", "‰")
-"""Units of a part of something, of which a map has to say what the whole is."""
+from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, TIME
+from ramsight.logs.guess import is_share
+
+_SHARES = ("%", "‰")
 ROLES = {
     "time": ("time", ("s", "ms", "us", "min")),
-    "speed": ("motor speed", ("rpm", "1/min", "rad/s", *SHARES)),
-    "torque": ("motor torque", ("N m", *SHARES)),
+    "speed": ("motor speed", ("rpm", "1/min", "rad/s", *_SHARES)),
+    "torque": ("motor torque", ("N m", *_SHARES)),
     "temperature": ("oil temperature", ("degC", "°C", "K")),
     "position": ("true position, where it was measured", ("mm", "m", "cm")),
 }
 """What a log is asked for: its name, and usual units."""
 _SIGNED = ("speed", "torque")
-_STANDARD = {"time_s", "motor_speed_rpm", "motor_torque_nm", "oil_temperature_c"}
+_STANDARD = {TIME, *(one.column for one in (MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE))}
 
 
 @dataclass(frozen=True)
@@ -43,9 +45,9 @@ class Entry:
     is_reversed: bool = False
 
 
-def is_standard(channels: Mapping[str, Any] | set[str]) -> bool:
+def is_standard(channels: set[str]) -> bool:
     """Whether a log has the usual columns, so that it needs no map."""
-    return set(channels) >= _STANDARD
+    return channels >= _STANDARD
 
 
 def entry(text: str, role: str) -> Entry:
@@ -154,17 +156,16 @@ class MapForm:
         signed = role in _SIGNED
 
         def fit() -> None:
-            rated.set_visibility(signed and unit.value in SHARES)
+            rated.set_visibility(signed and is_share(unit.value or ""))
             constant.set_visibility(role == "temperature" and not channel.value)
             turned.set_visibility(signed)
 
         def take() -> None:
-            is_share = signed and unit.value in SHARES
+            fit()
             now = Entry(
-                channel.value or "", unit.value or "", (rated.value or "") if is_share else "",
+                channel.value or "", unit.value or "", (rated.value or "") if rated.visible else "",
                 (constant.value or "") if role == "temperature" else "", bool(turned.value),
             )  # fmt: skip
-            fit()
             self._changed(with_entry(self._text(), role, now))
 
         fit()

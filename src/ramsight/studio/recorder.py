@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 from ramsight.duty.live import Reported
 from ramsight.errors import OutputError
 from ramsight.logs import write_log
-from ramsight.logs.channels import DRIVE_LOG, OIL_TEMPERATURE, REFERENCE
+from ramsight.logs.channels import DRIVE_LOG, MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE
 from ramsight.output import atomic_path
 from ramsight.output.table_file import write_table
 
 LONGEST = 3600.0  # s of a run that are kept
 _SLACK = 1.1  # times as much may be kept before the oldest is dropped, so that it is dropped seldom
-_SPEED, _TORQUE = "motor_speed", "motor_torque"
 
 
 class Recorder:
@@ -98,10 +97,10 @@ class Recorder:
             folder = Path(made)
             for suffix in (".csv", ".mcap") if find_spec("mcap") else (".csv",):
                 write_log(log, folder / f"log{suffix}")
-            write_table({key: np.array(column) for key, column in self._truth.items()}, folder / "truth.csv")
+            truth = {key: np.array(column) for key, column in self._truth.items()}
+            write_table(truth, folder / "truth.csv")
             (folder / "machine.toml").write_text(toml, encoding="utf-8")
-            time, position = (np.array(column) for column in self._truth.values())
-            start = float(np.interp(columns["time"][0], time, position))
+            start = float(np.interp(columns["time"][0], truth["time_s"], truth["position_m"]))
             (folder / "README.txt").write_text(_readme(name, start), encoding="utf-8")
             with atomic_path(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
                 for one in sorted(folder.iterdir()):
@@ -110,7 +109,8 @@ class Recorder:
 
 def reported(said: Reported, reference: float | None, further: Mapping[str, float]) -> dict[str, float]:
     """One report of a drive as a log has it, in SI; NaN where there is no reference."""
-    three = {_SPEED: said.motor_speed, _TORQUE: said.motor_torque, OIL_TEMPERATURE.name: said.oil_temperature}
+    channels = (MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE)
+    three = {one.name: float(getattr(said, one.name)) for one in channels}
     return three | {REFERENCE.name: math.nan if reference is None else reference, **further}
 
 

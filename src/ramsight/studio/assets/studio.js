@@ -27,6 +27,8 @@ window.studio = (() => {
   const sensor = (one) => series(NAMES[one] ?? one, "--" + one, { dash: DASHES[one], width: one === "kalman" ? 2 : 1.6 });
   const series = (label, colour, more = {}) => ({ label, stroke: css(colour), width: 1.5, spanGaps: false, points: { show: false }, ...more });
 
+  const plain = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 56, ...more }); // an axis
+
   function strips() {
     const lanes = on.filter((one) => one !== "second"); // what has a status of its own
     const band = [series("95 % band", "--kalman", { width: 0, fill: undefined, class: "area" }), series("", "--kalman", { width: 0, class: "nameless" })];
@@ -48,7 +50,7 @@ window.studio = (() => {
   function make(strip, place) {
     place.replaceChildren();
     watch(place);
-    const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: LEFT, ...more });
+    const axis = (more = {}) => plain({ ticks: { stroke: css("--grid"), width: 1 }, size: LEFT, ...more });
     const axes = [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()];
     if (strip.lanes) Object.assign(axes[1], { splits: strip.lanes.map((_, k) => k + 0.5), values: () => strip.lanes.map((one) => one.replace("unreferenced", "no ref.")), grid: { show: false } });
     if (strip.second) axes.push(axis({ scale: strip.second, side: 1, size: RIGHT, grid: { show: false } }));
@@ -191,19 +193,23 @@ window.studio = (() => {
     plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
   }
 
+  // A line over the height of a picture at a time; whether that is in it.
+  function upright(plot, at) {
+    const { ctx, bbox } = plot, x = plot.valToPos(at, "x", true);
+    if (!(x >= bbox.left && x <= bbox.left + bbox.width)) return false;
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    return true;
+  }
+
   function marks(plot) {
-    const { ctx, bbox } = plot;
+    const { ctx } = plot;
     ctx.save();
     ctx.strokeStyle = css("--true");
     ctx.setLineDash([4, 4]);
-    for (const at of seen.references) {
-      const x = plot.valToPos(at, "x", true);
-      if (x < bbox.left || x > bbox.left + bbox.width) continue;
-      ctx.beginPath();
-      ctx.moveTo(x, bbox.top);
-      ctx.lineTo(x, bbox.top + bbox.height);
-      ctx.stroke();
-    }
+    for (const at of seen.references) upright(plot, at);
     ctx.restore();
   }
 
@@ -211,9 +217,8 @@ window.studio = (() => {
   function panel(place, title, height, lines, data, bands) {
     pictures[place.id] = place;
     place.replaceChildren();
-    const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 56, ...more });
     const plot = new uPlot({ title, width: place.clientWidth || 600, height, series: [{ label: "time [s]" }, ...lines],
-      axes: [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()], bands, legend: { live: false },
+      axes: [plain({ size: 28, values: (_, all) => all.map((v) => v + " s") }), plain()], bands, legend: { live: false },
       cursor: { drag: { x: true, y: false, setScale: false } }, hooks: { setSelect: [look], draw: [marks] },
       scales: { x: { time: false } } }, data, place);
     plot.over.addEventListener("dblclick", () => emitEvent("track-view", [null, null, plot.width]));
@@ -240,9 +245,8 @@ window.studio = (() => {
     place.replaceChildren();
     const names = [...new Set(rows.flatMap((row) => Object.keys(row)))].filter((one) => one !== "machines");
     const lines = names.map((one, k) => series(one, STUDIED[k % STUDIED.length], { dash: k ? [8 - k, 2 + k] : undefined, points: { show: true, size: 5 } }));
-    const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 56, ...more });
     new uPlot({ title: "95 % of the samples within [mm], over the machines so far", width: place.clientWidth || 600, height: 200,
-      series: [{ label: "machines" }, ...lines], axes: [axis({ size: 28, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000] }), axis()], legend: { live: false, markers: MARKERS },
+      series: [{ label: "machines" }, ...lines], axes: [plain({ size: 28, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000] }), plain()], legend: { live: false, markers: MARKERS },
       cursor: { show: false }, scales: { x: { time: false }, y: { range: (_, __, most) => [0, 1.1 * (most || 1)] } } },
       [rows.map((row) => row.machines), ...names.map((one) => rows.map((row) => row[one] ?? null))], place);
   }
@@ -292,5 +296,5 @@ window.studio = (() => {
   }
   for (const kind of ["keydown", "keyup"]) addEventListener(kind, keyed, true);
 
-  return { watch, isSeen, begin, show, frame, track, studied, forget, draw, css, plots: () => plots, shown: () => shown, count: () => drawn, units, seen };
+  return { watch, isSeen, begin, show, frame, track, studied, forget, draw, css, upright, plots: () => plots, shown: () => shown, count: () => drawn, units, seen };
 })();

@@ -48,14 +48,8 @@ studio.timeline = (() => {
     ctx.setLineDash([3 * ratio, 3 * ratio]);
     let row = 0, end = -1;
     for (const [time, words] of marks) {
-      const x = plot.valToPos(time, "x", true);
-      if (!(x >= bbox.left && x <= bbox.left + bbox.width)) continue;
-      ctx.beginPath();
-      ctx.moveTo(x, bbox.top);
-      ctx.lineTo(x, bbox.top + bbox.height);
-      ctx.stroke();
-      if (!named) continue;
-      const wide = ctx.measureText(words).width, from = Math.min(x + 3 * ratio, bbox.left + bbox.width - wide);
+      if (!studio.upright(plot, time) || !named) continue;
+      const x = plot.valToPos(time, "x", true), wide = ctx.measureText(words).width, from = Math.min(x + 3 * ratio, bbox.left + bbox.width - wide);
       row = from < end ? row + 1 : 0;
       end = from + wide;
       if ((row + 1) * 1.2 * size < bbox.height) ctx.fillText(words, from, bbox.top + (row + 1) * 1.2 * size);
