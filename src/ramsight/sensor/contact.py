@@ -97,14 +97,16 @@ class SettlingState:
 
 @dataclass(frozen=True, kw_only=True)
 class PendingState:
-    """A contact found at rest, which is no evidence of a place yet.
+    """A contact found at rest or by a motor that brakes, which is no evidence of a place yet.
 
     Attributes:
         waits: whether there is one.
+        braked: whether the motor that braked has turned since.
         torque: expected when it was found [N m].
     """
 
     waits: Flag = leaf("1")
+    braked: Flag = leaf("1")
     torque: Scalar = leaf("N m")
 
 
@@ -377,8 +379,9 @@ def look_for_contact(
     leaves = any_of(grip.released, pulled)
     went_on = all_of(grip.released, turns, way == state.direction)
     separate, gone = _separate(state, contact, step, now, grip, went_on, model)
-    later = all_of(separate, negated(turns))
-    pending, shows = _pending(state, sample, step, contact, later, grip)
+    drives = motor_drives(sample, model)
+    later = all_of(separate, negated(all_of(turns, drives)))
+    pending, shows = _pending(state, sample, step, contact, later, grip, turns, drives)
     at_top = all_of(leaving, way < 0.0)
     otherwise = any_of(all_of(shows, state.direction > 0.0), all_of(negated(shows), way > 0.0))
     at_top = any_of(at_top, all_of(negated(leaving), otherwise))
@@ -618,19 +621,29 @@ def _separate(
 
 
 def _pending(
-    state: ContactState, sample: Sample, step: LoadStep, contact: Flag, later: Flag, grip: Grip
+    state: ContactState,
+    sample: Sample,
+    step: LoadStep,
+    contact: Flag,
+    later: Flag,
+    grip: Grip,
+    turns: Flag,
+    drives: Flag,
 ) -> tuple[PendingState, Flag]:
     """A contact found at rest, and whether it is evidence of a place now; one that was released before never is.
 
     It is when the torque of the held piston has gone as that of a closed volume does.
     """
     gone = torque_gone(step, sample.motor_torque, grip.rests, state.pending.torque)
-    follows = any_of(gone, all_of(grip.pushing, torque_builds(step, grip.rise, grip.missing)))
+    braked = all_of(any_of(state.pending.braked, contact), turns)
+    carries = any_of(state.pending.braked, torque_builds(step, grip.rise, grip.missing))
+    follows = any_of(gone, all_of(grip.pushing, drives, carries))
     waits, released = state.pending.waits, grip.released
     shows = all_of(waits, all_of(follows, negated(released)))
     still = all_of(waits, negated(any_of(released, shows)))
     after = PendingState(
         waits=any_of(all_of(contact, later), all_of(negated(contact), still)),
+        braked=braked,
         torque=ca.if_else(contact, step.torque.expected, state.pending.torque),
     )
     return after, shows
@@ -648,6 +661,16 @@ def torque_gone(step: LoadStep, torque: Scalar, rests: Flag, found_with: Scalar)
     left = ca.fmax(ca.fabs(step.torque.expected), ca.fabs(torque))
     least = ca.fmax(LOAD_GONE_SHARE * ca.fabs(found_with), LOAD_GONE_NOISE * step.torque.noise)
     return all_of(rests, left < least)
+
+
+def motor_drives(sample: Sample, model: MachineModel) -> Flag:
+    """Whether a motor that turns drives its pump; one that brakes is driven by a load that nothing else carries.
+
+    Args:
+        sample: its torque and its speed.
+        model: of the machine.
+    """
+    return sample.motor_torque * ca.sign(sample.motor_speed) > -LOAD_GONE_NOISE * model.torque_std
 
 
 def torque_builds(step: LoadStep, built: Scalar, missing: Scalar) -> Flag:

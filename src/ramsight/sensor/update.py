@@ -370,11 +370,13 @@ def _torque_evidence(state: UpdateState, at: Stepped, met: Met, model: MachineMo
     blind = closed_for > VALVE_SETTLED
     model_error = (TORQUE_MODEL_STD * by_compliance) ** 2
     friction = ca.if_else(blind, (PUMP_FRICTION_STD * sample.motor_torque) ** 2, 0.0)
+    # A torque that is late is that of a moment before.
+    late = model.assumed.drive.delay * step.torque.change / ca.fmax(sample.elapsed, SHORTEST_STEP)
     evidence = TorqueEvidence(
         row=at.torque_by,
         around=at.around,
         innovation=step.torque.innovation,
-        variance=step.torque.noise**2 + (model_error + friction),
+        variance=step.torque.noise**2 + (model_error + friction + late**2),
         inflation=inflation,
         leakage=checks.unless_contradicted(blind),
         compliance=checks.unless_contradicted(pushes),
