@@ -101,6 +101,7 @@ class Machine:
     lift: float = 1.0
     stroke: float = 0.7
     travel_per_radian: float = 1e-4
+    torque_std: float = 0.5
     stop_stiffness: float = 1e8
     passive: bool = False
     assumed: object = field(default_factory=Assumptions)

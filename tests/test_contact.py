@@ -303,6 +303,24 @@ def test_a_load_that_falls_at_rest_is_no_contact_for_long(span):
     assert abs(said["position"][-1] - run["position"].values[-1]) < 0.25e-3
 
 
+@pytest.mark.parametrize("name", LOADER)
+@pytest.mark.parametrize("span", [0.06, 0.1])
+def test_a_load_that_falls_while_it_is_lowered_is_no_end_as_long_as_it_drives_the_motor(name, span):
+    """It falls to a third before the end, which the piston reaches later; there the motor drives the pump."""
+    unit = UNITS[name]
+    load, stroke = limits_of(unit).load, unit.cylinder.stroke
+    speed = 0.25 * unit.max_speed * unit.travel_per_radian
+    falls, ends = 1.4 + 0.04 * stroke / speed, 3.4 + 0.1 * stroke / speed
+    corners = [(0.0, 0.0), (1.0, 0.0), (1.4, -0.25), (ends, -0.25), (ends + 0.4, 0.0)]
+    loads = changing([(0.0, 0.7 * load), (falls, 0.7 * load), (falls + span, 0.22 * load)])
+    run, log = moves(unit, corners, loads, lowered(unit, 0.1 * stroke))
+    said = watched(name, run, log)
+    touched, shown = stands_from(run, unit), run["time"].values[said["evidence"] > 0.0]
+    assert touched > falls + span + 0.1
+    assert shown.size >= 1, "the end shows where it is"
+    assert shown[0] > touched
+
+
 @pytest.mark.parametrize("name", ["eha-test-bench axis", "eha-single-rod axis"])
 @pytest.mark.parametrize("share", [0.3, 0.6])
 def test_a_stop_that_a_piston_sinks_onto_says_where_it_is_once_the_torque_is_gone(name, share):

@@ -234,12 +234,12 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
         rows += [(30, 50.0, TURNS | {"load": 2e4 + 100.0 * (k % 2)}), (5, 0.0, TURNS)]
     said = samples(resting, rows)
     assert said[1][-1] == pytest.approx(LOAD_CHANGE_SURE * 1e-3)
-    assert said[3][-1] == pytest.approx(LOAD_CHANGE_SURE * 1e-3 * (5.0 / 6.0) ** 0.5, rel=1e-3), (
+    assert said[3][-1] == pytest.approx(LOAD_CHANGE_SURE * 1e-3 * (5.0 / 6.0 + 1.0 / 72.0) ** 0.5, rel=1e-3), (
         "a sixth is learnt from one change"
     )
-    assert said[-1][-1] < 0.15e-3
+    assert said[-1][-1] == pytest.approx(LOAD_CHANGE_SURE * 1e-3 / 12.0**0.5, rel=0.02), "one of twelve may be as large"
     short = samples(resting, [(10, 50.0, TURNS | {"load": 9e4}), (5, 0.0, TURNS)], after=28.0)
-    assert short[-1][-1] < 0.15e-3, "too short to be seen"
+    assert short[-1][-1] == pytest.approx(said[-1][-1], rel=0.02), "too short to be seen"
 
 
 def test_a_dozen_changes_say_no_more_of_the_next_than_a_dozen_can():

@@ -12,6 +12,7 @@ from ramsight.plant.valve import ReliefValve
 from ramsight.sensor import thresholds as by
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.case_heat import CaseParameters, CaseState, heat_case, with_case
+from ramsight.sensor.contact import motor_drives
 from ramsight.sensor.counter_check import CounterCheckState, Counting, judge_counter, read_counter
 from ramsight.sensor.disagreement import Sums, sure
 from ramsight.sensor.drive_check import DriveChecks
@@ -43,7 +44,7 @@ from ramsight.sensor.sample import (
 )
 
 from .plant_bench import UNITS
-from .sensor_bench import made, step_of
+from .sensor_bench import Machine, made, step_of
 
 BOOM = UNITS["mining-loader boom"]
 
@@ -762,8 +763,15 @@ def test_a_load_counts_as_seen_once_a_valve_had_time_to_open():
         state = UnseenLoadState(shown_for=ca.SX(shown_for), load=ca.SX(1e4), was_seen=ca.SX(1.0))
         after, _ = unseen_load(state, now, step, ca.SX(0.0), ca.SX(5e3), ca.SX(1e6))
         assert value(after.load) == load
-        # Of two expected changes the square is 4, and a sixth of what it is above 1 is learned.
-        assert value(after.changes) == pytest.approx(0.5 if load == 2e4 else 0.0)
+        # Of two expected changes the square is 4, and a sixth of what it is above 1 is learned; 1/12 is for a rare one.
+        assert value(after.changes) == pytest.approx((3.0 + 1.0 / 12.0) / 6.0 if load == 2e4 else 0.0)
+
+
+@pytest.mark.parametrize(("speed", "torque", "drives"), [(50.0, -1.01, 0.0), (50.0, -0.99, 1.0), (-50.0, 1.01, 0.0)])
+def test_a_motor_brakes_where_its_torque_is_against_its_speed_beyond_noise(speed, torque, drives):
+    """Noise of 0.5 N m, twice."""
+    now = sample(motor_speed=speed, motor_torque=torque)
+    assert value(motor_drives(now, Machine())) == drives
 
 
 def test_no_load_is_further_than_relief_valves_carry():

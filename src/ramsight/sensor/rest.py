@@ -107,7 +107,8 @@ def unseen_load(
     sees = shown_for > LOAD_FOUND_TIME
     learns = all_of(all_of(sees, state.shown_for <= LOAD_FOUND_TIME), state.was_seen)
     mean_square = 1.0 + state.changes
-    newest = ((step.load.value - state.load) / expected) ** 2
+    # The rule of succession: of one more change than the mean has, 2 / gain - 1, one may be as large as described.
+    newest = ((step.load.value - state.load) / expected) ** 2 + 0.5 * LOAD_CHANGE_GAIN
     learnt = mean_square + ca.if_else(learns, LOAD_CHANGE_GAIN * (newest - mean_square), 0.0)
     unseen = negated(any_of(shows, held))
     usual = expected * ca.sqrt(ca.fmax(learnt, 0.0))
