@@ -16,7 +16,9 @@ pump draws from the tank.
 
 While the motor stands, a load that is taken off looks like a contact for a moment: the oil's force sinks, and the
 piston stands. A contact found at rest holds the piston at once, but is evidence of a place only when the torque has
-sunk as that of a closed volume does, nearly to nothing, or rises so once the motor pushes.
+sunk as that of a closed volume does, nearly to nothing, or rises so once the motor pushes. A load that falls while it
+is lowered looks like that as well. A motor that still brakes is driven by a load that no stop carries, so such a
+contact is evidence only once the motor drives the pump.
 
 `contact_release` decides when a held piston is released.
 """
@@ -101,12 +103,12 @@ class PendingState:
 
     Attributes:
         waits: whether there is one.
-        braked: whether the motor that braked has turned since.
+        turned: whether the motor has turned since it was found.
         torque: expected when it was found [N m].
     """
 
     waits: Flag = leaf("1")
-    braked: Flag = leaf("1")
+    turned: Flag = leaf("1")
     torque: Scalar = leaf("N m")
 
 
@@ -302,7 +304,8 @@ class _Motor:
 
     Attributes:
         turns: whether it turns.
-        since: how long it does, or stands [s].
+        drives: whether it turns and drives its pump (`motor_drives`).
+        since: how long it turns, or stands [s].
         way: in which the piston was delivered oil, +1 for extension.
         free: whether time passes, the load has been found and nothing holds the piston.
         delivered: travel at constant load since the piston may stand [m].
@@ -310,6 +313,7 @@ class _Motor:
     """
 
     turns: Flag
+    drives: Flag
     since: Scalar
     way: Scalar
     free: Flag
@@ -358,7 +362,7 @@ def look_for_contact(
     Returns:
         The state after the sample, positions in it as before all measurements (`moved`), and the contact.
     """
-    motor = _motor(state, sample, step, now)
+    motor = _motor(state, sample, step, now, model)
     found = _find(state, sample, step, now, motor, travel_by, model)
     turns, way, contact, leaving = motor.turns, motor.way, found.contact, found.leaving
     holds, off = all_of(contact, negated(leaving)), all_of(contact, leaving)
@@ -379,9 +383,8 @@ def look_for_contact(
     leaves = any_of(grip.released, pulled)
     went_on = all_of(grip.released, turns, way == state.direction)
     separate, gone = _separate(state, contact, step, now, grip, went_on, model)
-    drives = motor_drives(sample, model)
-    later = all_of(separate, negated(all_of(turns, drives)))
-    pending, shows = _pending(state, sample, step, contact, later, grip, turns, drives)
+    later = all_of(separate, negated(motor.drives))
+    pending, shows = _pending(state, sample, step, motor, contact, later, grip)
     at_top = all_of(leaving, way < 0.0)
     otherwise = any_of(all_of(shows, state.direction > 0.0), all_of(negated(shows), way > 0.0))
     at_top = any_of(at_top, all_of(negated(leaving), otherwise))
@@ -448,7 +451,7 @@ def moved(state: ContactState, contact: Contact, position: Scalar, by: Scalar) -
     )
 
 
-def _motor(state: ContactState, sample: Sample, step: LoadStep, now: Estimated) -> _Motor:
+def _motor(state: ContactState, sample: Sample, step: LoadStep, now: Estimated, model: MachineModel) -> _Motor:
     """What the motor does, and what it delivered."""
     speed, moves = sample.extending_speed, sample.elapsed > 0.0
     turns = all_of(ca.fabs(speed) > MOTOR_TURNS, moves)
@@ -458,7 +461,8 @@ def _motor(state: ContactState, sample: Sample, step: LoadStep, now: Estimated) 
     delivered = state.standing.delivered + step.motion.free_travel  # also by leakage, where the pump holds the load
     way = ca.if_else(turns, ca.sign(speed), ca.sign(delivered))
     before = now.position - step.motion.travel  # where this sample went is as uncertain as the flow
-    return _Motor(turns, since, way, all_of(moves, free), delivered, before)
+    drives = all_of(turns, motor_drives(sample, model))
+    return _Motor(turns, drives, since, way, all_of(moves, free), delivered, before)
 
 
 def _find(
@@ -621,29 +625,23 @@ def _separate(
 
 
 def _pending(
-    state: ContactState,
-    sample: Sample,
-    step: LoadStep,
-    contact: Flag,
-    later: Flag,
-    grip: Grip,
-    turns: Flag,
-    drives: Flag,
+    state: ContactState, sample: Sample, step: LoadStep, motor: _Motor, contact: Flag, later: Flag, grip: Grip
 ) -> tuple[PendingState, Flag]:
-    """A contact found at rest, and whether it is evidence of a place now; one that was released before never is.
+    """A contact that waits, and whether it is evidence of a place now; one that was released before never is.
 
-    It is when the torque of the held piston has gone as that of a closed volume does.
+    One found at rest is when the torque of the held piston has gone as that of a closed volume does, one found by a
+    motor that brakes when the motor drives the pump.
     """
     gone = torque_gone(step, sample.motor_torque, grip.rests, state.pending.torque)
-    braked = all_of(any_of(state.pending.braked, contact), turns)
-    carries = any_of(state.pending.braked, torque_builds(step, grip.rise, grip.missing))
-    follows = any_of(gone, all_of(grip.pushing, drives, carries))
+    turned = all_of(any_of(state.pending.turned, contact), motor.turns)
+    builds = any_of(state.pending.turned, torque_builds(step, grip.rise, grip.missing))
+    follows = any_of(gone, all_of(grip.pushing, motor.drives, builds))
     waits, released = state.pending.waits, grip.released
     shows = all_of(waits, all_of(follows, negated(released)))
     still = all_of(waits, negated(any_of(released, shows)))
     after = PendingState(
         waits=any_of(all_of(contact, later), all_of(negated(contact), still)),
-        braked=braked,
+        turned=turned,
         torque=ca.if_else(contact, step.torque.expected, state.pending.torque),
     )
     return after, shows
