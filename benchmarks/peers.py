@@ -46,7 +46,9 @@ def taking_turns(ways, repeats):
             begun = time.perf_counter()
             way()
             times[name].append(time.perf_counter() - begun)
-    return {name: [float(np.median(one)), float(np.subtract(*np.percentile(one, [75, 25])))] for name, one in times.items()}
+    return {
+        name: [float(np.median(one)), float(np.subtract(*np.percentile(one, [75, 25])))] for name, one in times.items()
+    }
 
 
 def by_cvode(one, rtol):
@@ -131,7 +133,10 @@ def readers(folder, repeats):
     found = {}
     for suffix, (name, other) in others.items():
         mapped = (folder / "map.toml",) if suffix == "blf" else ()
-        ways = {"ours": lambda suffix=suffix, mapped=mapped: read_log(folder / f"day.{suffix}", *mapped), "other": other}
+        ways = {
+            "ours": lambda suffix=suffix, mapped=mapped: read_log(folder / f"day.{suffix}", *mapped),
+            "other": other,
+        }
         found[suffix] = {"by": name, **taking_turns(ways, repeats)}
     return found
 

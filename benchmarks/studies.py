@@ -57,9 +57,9 @@ def parts(whole, seconds):
     order, rows = whole.order(range(TASK)), range(working.BESIDE)
     bench, spent = whole.bench, {}
 
-    def measured(name, function, *given):
+    def measured(name, function, *given, **how):
         begun = time.process_time()
-        found = function(*given)
+        found = function(*given, **how)
         spent.setdefault(name, []).append(1e3 * (time.process_time() - begun) / len(rows))
         return found
 

@@ -27,7 +27,7 @@ from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.study.datasheet import cluster as clusters
 from ramsight.study.datasheet import goal as goals
-from ramsight.study.datasheet import run_tasks, statistics, store
+from ramsight.study.datasheet import machine_tasks, run_tasks, statistics, store
 from ramsight.study.datasheet import study_plan as plans
 from ramsight.study.datasheet.drawn import draw, ready
 from ramsight.study.datasheet.linear import REPORTED, differences, linear_budget
@@ -292,6 +292,15 @@ def test_the_linear_budget_agrees_with_finite_differences_through_the_machine(st
             assert np.corrcoef(mine, effect)[0, 1] > 0.85, name
             assert np.sqrt(np.mean(mine**2)) == pytest.approx(np.sqrt(np.mean(effect**2)), rel=0.1, abs=1e-4), name
     assert linear.shares.sum() == pytest.approx(1.0)
+
+
+def test_the_tolerances_of_a_studys_runs_cost_no_accuracy(study, monkeypatch):
+    """A hundredth of them moves no position by a tenth of a millimetre."""
+    bench, order = study.plan.bench, study.plan.order(range(TASK))
+    usual = runs(bench, order, range(TASK))
+    monkeypatch.setattr(machine_tasks, "LOOSER", machine_tasks.LOOSER / 100.0)
+    for one, exact in zip(usual, runs(bench, order, range(TASK)), strict=True):
+        assert 0.0 < np.abs(one.true - exact.true).max() < 0.1e-3
 
 
 # -- a stop loses nothing

@@ -120,6 +120,7 @@ def sampled(
     period: float,
     *,
     rtol: float = DEFAULT_RTOL,
+    tolerance_scale: float = 1.0,
     max_steps: int = DEFAULT_MAX_STEPS,
 ) -> Sampled:
     """Run jobs on one core, several side by side, and keep their states at equal distances of time.
@@ -130,11 +131,12 @@ def sampled(
         model: the equations.
         jobs: the runs.
         period: distance of the samples [s].
-        rtol: relative tolerance.
+        rtol: relative tolerance; the absolute ones are the states' own times `tolerance_scale`.
+        tolerance_scale: factor on the states' absolute tolerances.
         max_steps: steps after which a run is abandoned.
     """
     loop = compile_lanes(model).integrate_lanes
-    atol = np.array([np.inf if s.integral else s.tolerance for s in model.states])
+    atol = np.array([np.inf if s.integral else s.tolerance * tolerance_scale for s in model.states])
     spans = [float(job.segments.end[-1] - job.segments.start[0]) for job in jobs]
     counts = [int(np.floor(span / period + 1e-9)) + 1 for span in spans]
     first = np.concatenate([[0], np.cumsum(counts)])

@@ -19,7 +19,7 @@ from ramsight.engine.batch import Job, sampled
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import compile_outputs
 from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import Segments
+from ramsight.engine.run import DEFAULT_RTOL, Segments
 from ramsight.plant.build import build
 from ramsight.plant.circuit import CircuitModel, parameter_values
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
@@ -31,6 +31,12 @@ from ramsight.study.datasheet.tracks_of_many import Run, tracked
 
 Array = NDArray[np.float64]
 
+LOOSER = 10.0
+"""Tolerances of a study's runs over those of `simulate`: 1.8 times as fast, and a position as exact.
+
+Over a work day of the boom (32 drawn machines) the position is off by 9 µm in place of 7 (median of each machine's
+largest), and by 0.24 mm at most either way, where a valve opens within another sample.
+"""
 BESIDE = 32  # machines that are simulated side by side, a task: fewer leave lanes empty at the end, more take memory
 
 
@@ -186,7 +192,8 @@ def runs(bench: Bench, order: Order, rows: Sequence[int]) -> list[Run | Outcome]
         made.append((drawn, seed))
         duties.append(duty)
         jobs.append(_job(bench, drawn, duty))
-    done = sampled(bench.model.ode, jobs, SAMPLE_PERIOD)
+    looser = {"rtol": LOOSER * DEFAULT_RTOL, "tolerance_scale": LOOSER}
+    done = sampled(bench.model.ode, jobs, SAMPLE_PERIOD, **looser)
     found: list[Run | Outcome] = []
     for k, (drawn, seed) in enumerate(made):
         if done.outcome[k] is not Outcome.DONE:
