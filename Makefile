@@ -63,7 +63,11 @@ bench: $(INSTALLED)
 	$(BIN)/python benchmarks/exported.py --out bench.json
 	$(BIN)/python benchmarks/cortex.py --out bench.json
 	$(BIN)/python benchmarks/studies.py --out bench.json
+	$(BIN)/python benchmarks/roofline.py --out bench.json
+	$(BIN)/python benchmarks/growth.py --out bench.json
+	$(BIN)/python benchmarks/peers.py --out bench.json
 	$(BIN)/python benchmarks/figures.py bench.json docs/images
+	$(BIN)/python benchmarks/page.py
 	$(BIN)/python benchmarks/studio.py --out studio.json
 
 study: $(INSTALLED)

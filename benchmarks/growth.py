@@ -162,6 +162,15 @@ def table(name: str, rows: list[list[float]]) -> list[str]:
     return shown
 
 
+def exponents(found: dict[str, Any]) -> list[str]:
+    """How each grows between its last two rows, a sentence of the same page."""
+    parts, cylinders, rows = (found[f"{name}_exponent"] for name in HEADS)
+    return [
+        f"Between the last two lines of each table a run's time grows with the power {parts:.1f} of the parts and {cylinders:.1f} of the",
+        f"cylinders, and a track's time with the power {rows:.1f} of the rows.",
+    ]
+
+
 def main() -> None:
     """Grow what is asked for, each size in a process of its own."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)

@@ -130,6 +130,13 @@ def test_the_performance_page_quotes_the_benchmark():
     assert max(found[key] for key in ("single_error_m", "batch_error_m", "c_error_m")) < 1e-6
 
 
+def test_the_page_of_limits_and_growth_quotes_the_benchmark(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    page = importlib.import_module("page")
+    for name, rows in page.tables(json.loads((ROOT / "bench.json").read_text())).items():
+        assert f"<!-- {name} -->\n\n" + "\n".join(rows) + f"\n\n<!-- end of {name} -->" in page.PAGE.read_text(), name
+
+
 def test_every_table_that_a_script_writes_is_that_of_study_and_code(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
