@@ -18,6 +18,7 @@ import sys
 import tempfile
 import time
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,7 @@ def of_parts(count: int) -> list[float]:
     text = _catalogue("eha-test-bench")
     bare = len(tomllib.loads(text)["units"]["axis"]["parts"])
     nodes = ["chamber_a", *(f"added_{k}" for k in range(count - bare))]
-    text += "".join(_hose(k, *pair) for k, pair in enumerate(zip(nodes, nodes[1:], strict=False)))
+    text += "".join(_hose(k, *pair) for k, pair in enumerate(pairwise(nodes)))
     unit = build(_described(text).unit("axis"), "axis")
     duty = lift_lower(unit, 10e3, 313.15)
     return _timed(lambda: simulate(unit, duty).attrs)
@@ -68,7 +69,7 @@ def of_cylinders(count: int) -> list[float]:
     from ramsight.duty.profile import Profile, constant
     from ramsight.plant.linked import build_linked
 
-    head, mechanism = _catalogue("forklift-mast").split("[linkage]")
+    head = _catalogue("forklift-mast").partition("[linkage]")[0]
     start = head.index("[units.lift]")
     units = "".join(head[start:].replace("units.lift", f"units.lift_{k}") for k in range(count))
     stages = "".join(_stage(k) for k in range(count))
@@ -77,9 +78,7 @@ def of_cylinders(count: int) -> list[float]:
     whole = build_linked(_described(head[:start] + units + "[linkage]\n" + stages + end))
     speed = Profile([0.0, 1.0, 2.0, 6.0, 7.0, 9.0], [0.0, 0.0, 100.0, 100.0, 0.0, 0.0])
     names = [f"lift_{k}" for k in range(count)]
-    duty = LinkedDuty(
-        {name: speed for name in names}, {name: constant(313.15) for name in names}, dict.fromkeys(names, 0.1)
-    )
+    duty = LinkedDuty(dict.fromkeys(names, speed), dict.fromkeys(names, constant(313.15)), dict.fromkeys(names, 0.1))
     return _timed(lambda: simulate_linked(whole, duty).attrs)
 
 
@@ -166,8 +165,8 @@ def exponents(found: dict[str, Any]) -> list[str]:
     """How each grows between its last two rows, a sentence of the same page."""
     parts, cylinders, rows = (found[f"{name}_exponent"] for name in HEADS)
     return [
-        f"Between the last two lines of each table a run's time grows with the power {parts:.1f} of the parts and {cylinders:.1f} of the",
-        f"cylinders, and a track's time with the power {rows:.1f} of the rows.",
+        f"Between the last two lines of each table a run's time grows with the power {parts:.1f} of the parts and",
+        f"{cylinders:.1f} of the cylinders, and a track's time with the power {rows:.1f} of the rows.",
     ]
 
 

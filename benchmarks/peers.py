@@ -116,9 +116,10 @@ def files(folder, rows, frames):
 
 def readers(folder, repeats):
     """Times of ours and of another program for each file."""
-    import can
     import pandas
     from asammdf import MDF
+
+    import can
 
     def frames():
         with can.BLFReader(folder / "day.blf") as reader:

@@ -4,8 +4,7 @@
 
 The vector operations of a step are counted in the machine code of the batch's loop, as objdump shows it: a step is one
 straight run. What an operation takes where none waits for another is measured on the same processor by small kernels in
-C (peaks.c). The sum of both is what a step takes at least where units do not work at the same time. Runs and kernels take
-turns.
+C (peaks.c). The sum of both is what a step takes where units do not work at the same time. Runs and kernels take turns.
 """
 
 from __future__ import annotations
@@ -68,6 +67,7 @@ def measured(quick):
     from ramsight.engine.cache import WIDTH
 
     jobs = [job(50e3 + 391e3 * k / _RUNS, 293.15 + 50.0 * (k % 64) / 64.0) for k in range(_RUNS)]
+
     def step():
         begun = time.perf_counter()
         (found,) = batches(ODE, jobs, threads=1)
@@ -116,10 +116,11 @@ def table(found):
 
 def flops(found):
     """What that is in floating point operations, a sentence of the same page."""
+    ours, peak, per_byte = found["gflops"], found["peak_gflops"], found["flops_per_byte"]
     return [
-        f"In floating point operations these are {found['gflops']:.1f} of {found['peak_gflops']:.1f} GFLOP/s that one core does "
-        f"when it multiplies and adds at once and nothing else. A step takes {found['step_ns']:.0f} ns for {found['lanes']} runs,",
-        f"and does {found['flops_per_byte']:.2f} operations for each byte that it reads or writes, from the first-level cache.",
+        f"In floating point operations these are {ours:.1f} GFLOP/s of the {peak:.1f} that one core does when it multiplies",
+        f"and adds at once and nothing else. A step takes {found['step_ns']:.0f} ns for {found['lanes']} runs, and does",
+        f"{per_byte:.2f} operations for each byte that it reads or writes, from the first-level cache.",
     ]
 
 

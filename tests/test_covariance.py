@@ -27,6 +27,16 @@ def plain(covariance, row, variance):
     return Covariance({(i, j): covariance[i, j] - cross[i] / total * cross[j] for i, j in PAIRS})
 
 
+@pytest.mark.parametrize("follows", [0.0, 1.0])
+def test_a_quantity_that_the_first_follows_is_as_unsure_as_both(follows):
+    before = Covariance({pair: ca.SX(value) for pair, value in zip(PAIRS, (4.0, 0.5, 0.3, 1.0, 0.2, 2.0), strict=True)})
+    after = before.tied("low", 3.0, follows)
+    found = {pair: float(ca.evalf(ca.SX(after[pair]))) for pair in PAIRS}
+    expected = {("position", "position"): 4.0 + 9.0 * follows, ("position", "low"): 9.0 * follows, ("low", "low"): 9.0}
+    expected |= {("position", "leakage"): 0.5, ("leakage", "leakage"): 1.0, ("leakage", "low"): 0.0}
+    assert found == expected
+
+
 def in_floats(update):
     """A function of the entries and the variance whose every operation is rounded to single precision."""
     entries, variance = ca.SX.sym("p", len(PAIRS)), ca.SX.sym("r")

@@ -200,6 +200,15 @@ def at(bank, where, **how):
     return bank.go(**how)
 
 
+def entered_at(bank, position):
+    """Begin with a position that somebody has entered, with a standard deviation of 1 mm."""
+    bank.begin(position)
+    bank._stepped.state = bank._sensor.initial.copy()
+    bank._time = 0.0
+    bank.set(position=position, position_known=1.0, position_variance=1e-6)
+    return bank.go(entered=1.0)
+
+
 @pytest.mark.parametrize("end", ENDS)
 def test_a_contact_where_the_description_has_its_end_corrects_the_position(bank, end):
     place, which = ENDS[end]
@@ -882,11 +891,7 @@ def test_a_way_from_a_first_contact_refutes_places_where_it_does_not_fit(bank, w
 
 def test_no_way_refutes_a_start_that_was_entered_wrongly(bank):
     """Who mistypes is not as likely wrong by a metre as by a centimetre."""
-    bank.begin(0.1 * STROKE)
-    bank._stepped.state = bank._sensor.initial.copy()
-    bank._time = 0.0
-    bank.set(position=0.1 * STROKE, position_known=1.0, position_variance=1e-6)
-    before = bank.go(entered=1.0)["p_wrong"]
+    before = entered_at(bank, 0.1 * STROKE)["p_wrong"]
     assert bank.go(travel=0.8 * STROKE)["p_wrong"] == pytest.approx(before)
 
 
@@ -894,10 +899,7 @@ def test_an_entered_position_may_be_wrong(bank):
     entered = Assumptions().stops.entered
     bank.begin(0.3)
     plain = bank.go()["p_wrong"]
-    bank._stepped.state = bank._sensor.initial.copy()
-    bank._time = 0.0
-    bank.set(position=0.3, position_known=1.0, position_variance=1e-6)
-    said = bank.go(entered=1.0)
+    said = entered_at(bank, 0.3)
     described = 1.0 - 2.0 * Assumptions().stops.undeclared
     assert said["p_wrong"] / said["p_described"] == pytest.approx(entered / described)
     assert said["p_wrong"] > 5.0 * plain
@@ -909,15 +911,41 @@ def test_an_entered_position_may_be_wrong(bank):
 @pytest.mark.parametrize("off", [0.04, 0.45])
 def test_a_start_that_was_entered_wrongly_is_found_by_contacts(bank, off):
     """Near by it is off as a stop that is elsewhere, far off it is another scale's."""
-    bank.begin(0.5 * STROKE)
-    bank._stepped.state = bank._sensor.initial.copy()
-    bank._time = 0.0
-    bank.set(position=0.5 * STROKE, position_known=1.0, position_variance=1e-6)
-    first = bank.go(entered=1.0)
+    first = entered_at(bank, 0.5 * STROKE)
     sure = at(bank, off * STROKE, place=0.0, low=1.0, **CONTACT)
     again = at(bank, off * STROKE, place=0.0, low=1.0, **CONTACT)
     assert first["p_wrong"] < sure["p_wrong"]
     assert again["taken"] or again["p_wrong"] > sure["p_wrong"]
+
+
+def test_where_the_start_was_wrong_an_end_may_be_elsewhere_as_well(bank):
+    """The start is 40 mm too low, and the machine is stopped 37 mm before the extended end, again and again.
+
+    Then it meets the retracted end. The stop, this end or the start may be elsewhere than described: both places of the
+    piston stay as likely as each other, and the bound holds them.
+    """
+    entered_at(bank, 0.5 * STROKE)
+    for _ in range(3):
+        stop = at(bank, STROKE - 0.077, place=STROKE, top=1.0, **CONTACT)
+        at(bank, 0.5 * STROKE)
+    assert stop["p_top"] > 0.5
+    assert stop["p_wrong"] > 0.01
+    end = at(bank, -0.04, place=0.0, low=1.0, **CONTACT)
+    assert end["p_described"] + end["p_wrong"] < 0.7
+    assert min(end["p_low"], end["p_top"]) > 0.1
+    assert end["bound"] > 0.036
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_a_position_that_was_found_by_one_end_is_as_unsure_as_that_end(bank, end):
+    """The start was 40 mm off, and the contact seems to be beyond the end. As without a start, it may be elsewhere."""
+    entered_at(bank, 0.5 * STROKE)
+    place, which = ENDS[end]
+    off = -0.04 if end == "low" else 0.04
+    said = [at(bank, where, place=place, **which, **CONTACT) for where in (place + off, place, place)]
+    assert abs(bank.value("position") - place) < 0.01
+    assert said[-1][f"p_{end}"] == pytest.approx(0.08, abs=0.04)
+    assert said[-1]["bound"] > 2.0 * Assumptions().stops.elsewhere * STROKE
 
 
 @pytest.mark.parametrize(("k", "bound"), list(enumerate(BOUNDS, LEAK)))

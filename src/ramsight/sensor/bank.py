@@ -34,6 +34,7 @@ from ramsight.sensor.measurement import (
     Measured,
     Measurement,
     TorqueEvidence,
+    corrected,
     log_likelihood,
     normalised,
     reweighed,
@@ -319,10 +320,8 @@ class Bank:
             fits = missing**2 < EVENT_GATE**2 * (known + event.variance)
             # What all events have in common is not learned, however many there are.
             new = ca.fmax(1.0 - event.common**2 / known, EVENT_SHARE_LEAST)
-            corrected = (Quantity.POSITION, *LEARNED, *SHARED)
-            found.append(
-                h.corrected(*h.covariance.updated(event.row, missing, event.variance / new, fits, only=corrected))
-            )
+            only = (Quantity.POSITION, *LEARNED, *SHARED)
+            found.append(h.corrected(*h.covariance.updated(event.row, missing, event.variance / new, fits, only=only)))
             weights.append(weight_of(event, missing, known))
         bank = self._kept_unless(event.ends, found, self.hypotheses)
         return bank._weighed(event.ends, weights)
@@ -336,7 +335,11 @@ class Bank:
         use, row = m.use, m.row(with_link=self._with_link)
         chance = ca.log(m.obstacle / self.model.stroke)  # of its density, were it anywhere in the stroke
         kept = normalised(self.hypotheses)
-        each = [weighed(h, m, row, chance, self.model) for h in self._restarted(kept, m, row, chance)]
+        before, lost_before = self._restarted(kept, m, row, chance)
+        first = [weighed(h, m, row, chance, self.model) for h in before]
+        found = leads(normalised(reweighed(first, self._counts(m))), len(first) - 1)
+        before = self._with_ends_elsewhere(found, before, lost_before)
+        each = [corrected(h, m, row, chance, self.model) for h in before]
         hypotheses = normalised(reweighed(each, self._counts(m)))
         fits = flag_of_likeliest(hypotheses, [one.fits for one in each])
         normal = of_likeliest(hypotheses, [one.normal for one in each])
@@ -347,7 +350,7 @@ class Bank:
         # A reference is never an obstacle.
         obstacle = ca.if_else(any_of(m.low, m.top), chance, UNREACHABLE)
         odds = [obstacle - one.likelihood for one in (each[0], each[-1])]
-        renewed, restarts, by_obstacle, lost = self._renewed(hypotheses, fits, kept[0], odds)
+        renewed, restarts, by_obstacle, lost = self._renewed(hypotheses, found, fits, kept[0], odds)
         unplaced = all_of(use, lost)
         together = self.together.reweighed(renewed, use, renewed)
         after = [choose(use, new, old) for new, old in zip(renewed, kept, strict=True)]
@@ -364,10 +367,17 @@ class Bank:
             room=ca.if_else(unplaced, 1.0, self.state.room),
             met_low=self.state.met_low + count(all_of(use, accepted, m.low)),
             met_top=self.state.met_top + count(all_of(use, accepted, m.top)),
+            by_low=self._placed(use, self.state.by_low, all_of(m.low, each[-1].fits), lost_before, restarts),
+            by_top=self._placed(use, self.state.by_top, all_of(m.top, each[-1].fits), lost_before, restarts),
         )
         together = replace(together.moved(centred), wrong=self._assumed(state, self.model))
         bank = replace(self, state=state, together=together)
-        stages = (kept, [one.hypothesis for one in each])
+        stages = (
+            kept,
+            [(one.hypothesis, one.variance, one.likelihood) for one in first],
+            before,
+            [one.hypothesis for one in each],
+        )
         return bank, Measured(accepted, all_of(use, negated(accepted)), moved, stages)
 
     def _counts(self, m: Measurement) -> Scalar:
@@ -379,9 +389,42 @@ class Bank:
         before = ca.if_else(m.low, self.state.met_low, ca.if_else(m.top, self.state.met_top, 0.0))
         return 1.0 / (1.0 + CONTACTS_ALIKE * before) ** 2
 
+    @staticmethod
+    def _placed(use: Flag, before: Flag, now: Flag, lost: Flag, restarts: Flag) -> Flag:
+        """Whether *wrong* has its position from an end; as before where nothing is measured."""
+        after = all_of(negated(restarts), any_of(now, all_of(before, negated(lost))))
+        return holds(ca.if_else(use, count(after), count(before)))
+
+    def _with_ends_elsewhere(self, found: Flag, hypotheses: Sequence[Hypothesis], lost: Flag) -> list[Hypothesis]:
+        """With ends that may be elsewhere for the position that is found where *wrong* leads.
+
+        *Wrong* takes both ends for described. Each may be elsewhere, as likely as at first or as contacts left it.
+        The position, where it is that of contacts with this end alone, is off by as much then.
+
+        Args:
+            found: whether *wrong* leads after the measurement.
+            hypotheses: before it.
+            lost: whether the position of *wrong* was unknown.
+        """
+        stops, state, wrong = self.model.assumed.stops, self.state, hypotheses[-1]
+        prior = math.log(stops.undeclared / (1.0 - 2.0 * stops.undeclared))
+        placed = {
+            Kind.LOW: (Quantity.LOW, all_of(state.by_low, negated(any_of(state.by_top, lost)))),
+            Kind.TOP: (Quantity.TOP, all_of(state.by_top, negated(any_of(state.by_low, lost)))),
+        }
+        others = list(hypotheses)
+        for k, kind in enumerate(self.model.kinds):
+            if kind in placed:
+                end, by_it = placed[kind]
+                odds = ca.fmin(prior, hypotheses[k].weight - hypotheses[0].weight)
+                tied = wrong.covariance.tied(end, stops.elsewhere * self.model.stroke, count(by_it))
+                others[k] = replace(wrong, covariance=tied, weight=wrong.weight + odds)
+        # Of each alike, so that exported C has it once.
+        return [choose(found, other, h) for other, h in zip(others, hypotheses, strict=True)]
+
     def _restarted(
         self, hypotheses: Sequence[Hypothesis], m: Measurement, row: Row, chance: Scalar
-    ) -> list[Hypothesis]:
+    ) -> tuple[list[Hypothesis], Flag]:
         """With *wrong* restarted where that explains a measurement better than its own estimate, or an obstacle.
 
         Since the last reference the position may have become wrong at any time. What *wrong* took for an end before
@@ -395,7 +438,7 @@ class Bank:
         prior = ca.if_else(self.state.entered, math.log(stops.entered), math.log(stops.wrong))
         again = prior + log_likelihood((innovation - first.mean[Quantity.POSITION]) ** 2, self._unknown**2 + own)
         lost = all_of(m.use, again > before)
-        return [*hypotheses[:-1], choose(lost, self._unknown_position(first, prior), wrong)]
+        return [*hypotheses[:-1], choose(lost, self._unknown_position(first, prior), wrong)], lost
 
     def _unknown_position(self, of: Hypothesis, weight: Real) -> Hypothesis:
         """A hypothesis that knows the machine as another one does, but not the position, nor whether it leaks more."""
@@ -423,7 +466,12 @@ class Bank:
         return ca.if_else(use, ca.if_else(fits, ca.fmax(wider, 1.0), width), width)
 
     def _renewed(
-        self, hypotheses: Sequence[Hypothesis], accepted: Flag, before: Hypothesis, obstacle_odds: Sequence[Scalar]
+        self,
+        hypotheses: Sequence[Hypothesis],
+        found: Flag,
+        accepted: Flag,
+        before: Hypothesis,
+        obstacle_odds: Sequence[Scalar],
     ) -> tuple[list[Hypothesis], Flag, Flag, Flag]:
         """After a reference: what was *wrong* and is likeliest becomes the first; *wrong* restarts.
 
@@ -432,6 +480,7 @@ class Bank:
 
         Args:
             hypotheses: after it.
+            found: whether *wrong* led without ends that are elsewhere.
             accepted: whether the likeliest hypothesis used it.
             before: the first hypothesis before it.
             obstacle_odds: logarithm of the odds, by the first and by *wrong*, that it was an obstacle.
@@ -440,7 +489,6 @@ class Bank:
             The hypotheses, whether *wrong* restarts, whether that is by an obstacle, and whether it has lost its place.
         """
         described, *between, wrong = hypotheses
-        found = all_of(accepted, leads(hypotheses, len(hypotheses) - 1))
         first = described
         if Kind.LEAKS in self.model.kinds:
             place = self.model.kinds.index(Kind.LEAKS)

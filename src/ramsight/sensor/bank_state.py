@@ -33,6 +33,7 @@ class BankState:
         below, above: how far below and above where it is now the piston has been since *wrong* lost its place [m].
         room: share of the stroke in which it may be under *wrong* by that; 0 where nobody knows how it became wrong.
         met_low, met_top: contacts with the retracted and with the extended end.
+        by_low, by_top: whether *wrong* has its position from a contact with that end.
     """
 
     hypotheses: tuple[Hypothesis, ...]
@@ -45,6 +46,8 @@ class BankState:
     room: Scalar = leaf("1")
     met_low: Scalar = leaf("1")
     met_top: Scalar = leaf("1")
+    by_low: Flag = leaf("1")
+    by_top: Flag = leaf("1")
 
     @classmethod
     def initial(

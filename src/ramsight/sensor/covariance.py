@@ -222,6 +222,20 @@ class Covariance:
                 entries[i, j] = scalar(0.0) + std * std if i == j else scalar(0.0)
         return Covariance(entries)
 
+    def tied(self, quantity: str, std: Real, follows: Real) -> Covariance:
+        """A quantity that is unknown, and that the first one depends on: P <- P + s^2 u u', u = (follows, ..., 1, ...).
+
+        Args:
+            quantity: that has this standard deviation and depends on no other.
+            std: of it.
+            follows: derivative of the first quantity by it.
+        """
+        first, own = self.quantities[0], scalar(1.0) * std * std
+        entries = dict(self.independent(quantity, std).entries)
+        entries[first, first] = entries[first, first] + follows * follows * own
+        entries[first, quantity] = follows * own
+        return Covariance(entries)
+
     def closed(self) -> Covariance:
         """With variances that rounding has not made negative."""
         return Covariance({(i, j): ca.fmax(one, 0.0) if i == j else one for (i, j), one in self.entries.items()})

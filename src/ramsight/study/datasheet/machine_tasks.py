@@ -192,8 +192,7 @@ def runs(bench: Bench, order: Order, rows: Sequence[int]) -> list[Run | Outcome]
         made.append((drawn, seed))
         duties.append(duty)
         jobs.append(_job(bench, drawn, duty))
-    looser = {"rtol": LOOSER * DEFAULT_RTOL, "tolerance_scale": LOOSER}
-    done = sampled(bench.model.ode, jobs, SAMPLE_PERIOD, **looser)
+    done = sampled(bench.model.ode, jobs, SAMPLE_PERIOD, rtol=LOOSER * DEFAULT_RTOL, tolerance_scale=LOOSER)
     found: list[Run | Outcome] = []
     for k, (drawn, seed) in enumerate(made):
         if done.outcome[k] is not Outcome.DONE:
