@@ -118,9 +118,9 @@ def flops(found):
     """What that is in floating point operations, a sentence of the same page."""
     ours, peak, per_byte = found["gflops"], found["peak_gflops"], found["flops_per_byte"]
     return [
-        f"In floating point operations these are {ours:.1f} GFLOP/s of the {peak:.1f} that one core does when it multiplies",
-        f"and adds at once and nothing else. A step takes {found['step_ns']:.0f} ns for {found['lanes']} runs, and does",
-        f"{per_byte:.2f} operations for each byte that it reads or writes, from the first-level cache.",
+        f"In floating point operations these are {ours:.1f} GFLOP/s of the {peak:.1f} that one core does when it",
+        f"multiplies and adds at once and nothing else. A step takes {found['step_ns']:.0f} ns for {found['lanes']}",
+        f"runs, and does {per_byte:.2f} operations for each byte that it reads or writes, from the first-level cache.",
     ]
 
 
