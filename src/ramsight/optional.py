@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from types import ModuleType
 
-from ramsight.errors import RamsightError
+from ramsight.errors import MissingPackageError
 
 USES = {
     "datasets": "a Dataset",
@@ -25,10 +25,6 @@ PACKAGES = {
     "study": ("xarray", "scipy", "matplotlib", "zarr"),
 }
 """What is needed of an extra before long work is begun."""
-
-
-class MissingPackageError(RamsightError, ImportError):
-    """A package that is not installed; the text states which extra of ramsight installs it."""
 
 
 def imported(package: str, extra: str, refused: Callable[[str], Exception]) -> ModuleType:
@@ -63,7 +59,7 @@ def needing(extra: str) -> Iterator[None]:
         >>> with needing("figures"):
         ...     import graphs
         Traceback (most recent call last):
-        ramsight.optional.MissingPackageError: a figure needs the package graphs: pip install "ramsight[figures]"
+        ramsight.errors.MissingPackageError: a figure needs the package graphs: pip install "ramsight[figures]"
     """
     try:
         yield
