@@ -1,5 +1,5 @@
 # A fresh machine needs Python 3.11 or newer, pip and make; everything else is fetched into .venv at pinned versions.
-#   make test    the tests, minutes   make lint    style, types, what bandit finds
+#   make test    the tests, minutes   make lint    style, types, what bandit finds, spelling and prose
 #   make test-slow  the other tests: every circuit, hostile frames, what the pages show, compilers with sanitizers
 #   make demo    a recorded work day: the sensor finds its position and learns; leaves demo/demo.png
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; the studio in Chromium: studio.json; needs gcc
@@ -56,6 +56,8 @@ lint: $(INSTALLED)
 	$(BIN)/bandit -q -r src -c pyproject.toml
 	$(BIN)/mypy
 	env MYPYPATH=src $(BIN)/mypy --strict examples/typed.py
+	$(BIN)/codespell README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md docs examples src
+	$(BIN)/proselint check --config docs/proselint.json README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md docs/index.md docs/design.md docs/export.md docs/safety.md docs/validation.md docs/design docs/explanation docs/how-to docs/reference docs/tutorials
 
 bench: $(INSTALLED)
 	$(BIN)/python benchmarks/run.py --out bench.json

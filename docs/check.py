@@ -1,6 +1,7 @@
 """Check a site that was built: links and pictures are there, nothing is fetched, pages have titles and no raw Markdown.
 
-Where Chromium and playwright are installed, tables and outputs have to fit into a window of 1400 px, too.
+Where Chromium and playwright are installed, tables and outputs have to fit into a window of 1400 px, too, and every
+picture has to be one of the dark theme: turned around, or on a card (docs/_static/dark.css).
 
 python docs/check.py build/site
 """
@@ -33,6 +34,13 @@ WIDER = """() => {
   const wide = boxes.filter(box => box.scrollWidth > box.clientWidth + 1).map(box => box.textContent.trim());
   return document.documentElement.scrollWidth > innerWidth ? ['the page', ...wide] : wide;
 }"""
+
+
+UNLIT = """() => document.body.dataset.theme === undefined ? [] : [...document.images].filter(one => {
+  const style = getComputedStyle(one);
+  return style.filter === 'none' && style.backgroundColor === 'rgba(0, 0, 0, 0)';
+}).map(one => one.getAttribute('src'))"""
+"""Pictures that a page of the theme shows in the dark as they are in the light."""
 
 
 class Page(HTMLParser):
@@ -111,8 +119,8 @@ def faults(site: Path) -> list[str]:
     return found
 
 
-def overflowing(site: Path) -> list[str]:
-    """What does not fit into a window, a line each; nothing where there is no browser to look with."""
+def in_browser(site: Path) -> list[str]:
+    """What does not fit into a window or lacks the dark theme, a line each; nothing where there is no browser."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     try:
         from playwright.sync_api import sync_playwright
@@ -123,11 +131,13 @@ def overflowing(site: Path) -> list[str]:
     found = []
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        window = browser.new_page(viewport={"width": WIDTH, "height": 900})
+        window = browser.new_page(viewport={"width": WIDTH, "height": 900}, color_scheme="dark")
         for file in sorted(site.rglob("*.html")):
             window.goto(file.as_uri())
             wide = window.evaluate(WIDER)
             found += [f"{file.relative_to(site)}: wider than {WIDTH} px: {' '.join(one.split())[:60]}" for one in wide]
+            unlit = window.evaluate(UNLIT)
+            found += [f"{file.relative_to(site)}: {one} is missing in the dark theme" for one in unlit]
         browser.close()
     return found
 
@@ -135,7 +145,7 @@ def overflowing(site: Path) -> list[str]:
 def main() -> None:
     """Print what is wrong, or how many pages are right."""
     site = Path(sys.argv[1]).resolve()
-    wrong = faults(site) + overflowing(site)
+    wrong = faults(site) + in_browser(site)
     pages = len(list(site.rglob("*.html")))
     good = f"{site.name}: {pages} pages with titles, every link inside them leads somewhere, nothing is fetched"
     print("\n".join(wrong) or good)

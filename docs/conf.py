@@ -109,7 +109,7 @@ html_show_sphinx = False
 html_last_updated_fmt = None
 html_theme_options = {"navigation_with_keys": True}
 html_static_path = ["_static"]
-html_css_files = ["wide.css"]
+html_css_files = ["wide.css", "dark.css"]
 
 
 PAGES_OUTSIDE = {"README.md": "index.md", "CHANGELOG.md": "changelog.md", "examples/README.md": "gallery/index.rst"}

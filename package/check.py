@@ -3,7 +3,7 @@
     python package/check.py dist
 
 Looks into both files, then installs the wheel without extras into a fresh environment of each Python that is here, from
-3.11 to 3.13, and runs the demonstration and some work there, in an empty folder.
+3.11 to 3.13, counts what that brings, and runs the demonstration and some work there, in an empty folder.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import time
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +22,9 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 VERSIONS = ("3.11", "3.12", "3.13")
 LARGEST_WHEEL = 1_650_000  # bytes; code alone: a larger one has something in it that does not belong there
+MOST_PACKAGES = 15  # that a wheel without extras brings
+LARGEST_CORE = 600  # MB, those packages; CasADi and LLVM alone have 450
+OF_PIP = ("pip", "setuptools", "pkg_resources", "_distutils")  # what an empty environment has
 NEEDED = (
     "ramsight/py.typed",
     "ramsight/machine/catalogue/machines/mining-loader.toml",
@@ -98,6 +102,24 @@ def interpreters() -> Iterator[tuple[str, str]]:
                 break
 
 
+def check_core(listed: str, environment: Path, seconds: float) -> None:
+    """Refuse an installation without extras that has too many packages, or too large ones; print what it has."""
+    names = {line.partition("==")[0].lower() for line in listed.split()} - {"pip", "setuptools", "ramsight"}
+    (packages,) = environment.glob("lib/python3*/site-packages")
+    sizes = {one.name: size_of(one) for one in packages.iterdir() if not one.name.startswith(OF_PIP)}
+    whole, largest = sum(sizes.values()), sorted(sizes, key=lambda name: -sizes[name])[:4]
+    shown = ", ".join(f"{name} {sizes[name]:.0f}" for name in largest)
+    print(f"without extras: {len(names)} packages, {whole:.0f} MB ({shown}), {seconds:.0f} s", flush=True)
+    if len(names) > MOST_PACKAGES or whole > LARGEST_CORE:
+        sys.exit(f"at most {MOST_PACKAGES} packages and {LARGEST_CORE} MB are wanted: {', '.join(sorted(names))}")
+
+
+def size_of(path: Path) -> float:
+    """What a file or a folder takes on the disk [MB]."""
+    files = [path] if path.is_file() else [one for one in path.rglob("*") if one.is_file() and not one.is_symlink()]
+    return sum(512 * one.stat().st_blocks for one in files) / 2**20
+
+
 def installed(python: str, wheel: Path, place: Path, *, optimize: bool) -> None:
     """Install a wheel into a fresh environment in a folder, and work with it there.
 
@@ -125,11 +147,14 @@ def installed(python: str, wheel: Path, place: Path, *, optimize: bool) -> None:
     run(python, "-m", "venv", place / "env")
     binaries = place / "env" / "bin"
     pip = (binaries / "python", "-m", "pip", "--disable-pip-version-check", "-q")
+    begin = time.monotonic()
     run(*pip, "install", "--constraint", ROOT / "requirements" / "dev.txt", wheel.resolve())
+    seconds = time.monotonic() - begin
     run(*pip, "check")
+    check_core(run(*pip[:-1], "list", "--format", "freeze"), place / "env", seconds)
     work = place / "work"
     work.mkdir()
-    print(run(binaries / "ramsight", "demo", "--out", work / "demo.png"), end="", flush=True)
+    print(run(binaries / "ramsight", "demo"), end="", flush=True)
     shutil.copy(Path(__file__).with_name("smoke.py"), work)
     print(run(binaries / "python", "-I", work / "smoke.py"), end="", flush=True)
 

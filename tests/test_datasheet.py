@@ -33,7 +33,7 @@ from ramsight.study.datasheet.drawn import draw, ready
 from ramsight.study.datasheet.linear import REPORTED, differences, linear_budget
 from ramsight.study.datasheet.machine_tasks import runs, work_through
 from ramsight.study.datasheet.measuring import GROUPS, TAUGHT, VOUCHED, Track, drift_of, measures
-from ramsight.study.datasheet.needs import NeedsPackageError, needs
+from ramsight.study.datasheet.needs import needs
 from ramsight.study.datasheet.sobol import indices, saltelli
 from ramsight.study.datasheet.statistics import (
     Known,
@@ -396,7 +396,7 @@ def _nothing(plan, order):
 
 def test_what_is_not_installed_is_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "zarr", None)
-    with pytest.raises(NeedsPackageError, match=r'pip install "ramsight\[study\]"'):
+    with pytest.raises(ramsight.MissingPackageError, match=r'pip install "ramsight\[study\]"'):
         needs("zarr", "study")
 
 

@@ -31,7 +31,7 @@ def test_the_log_is_the_recorded_one_and_small(trace):
 
 def test_the_sensor_learns_and_the_data_sheet_alone_does_not(shown):
     for name, value in AS_BUILT.items():
-        learned, std = (float(shown.sensor[f"{name}_factor{more}"][-1]) for more in ("", "_std"))
+        learned, std = (float(shown.sensor[f"{name}_factor{more}"].values[-1]) for more in ("", "_std"))
         assert abs(learned - value) < 1.96 * std
         assert abs(1.0 - value) > 1.96 * std  # the data sheet is outside of what was learned
     assert shown.within(shown.sensor) < 2e-3

@@ -54,16 +54,37 @@ def test_code_and_signatures_are_no_markdown(check, tmp_path, body):
     assert check.faults(tmp_path) == []
 
 
-def test_a_table_or_an_output_that_is_too_wide_is_seen(check, tmp_path):
+@pytest.fixture
+def _chromium():
     pytest.importorskip("playwright.sync_api")
     if not (shutil.which("chromium") or shutil.which("chromium-browser")):
         pytest.skip("needs a Chromium")
+
+
+@pytest.mark.usefixtures("_chromium")
+def test_a_table_or_an_output_that_is_too_wide_is_seen(check, tmp_path):
     style = "<style>pre, .table-wrapper {width: 700px; overflow: auto}</style>"
     bodies = {"narrow": "<pre>a</pre>", "page": "<p style='width: 2000px'>a</p>", "wide": f"<pre>{'a' * 500}</pre>"}
     for name, body in bodies.items():
         (tmp_path / f"{name}.html").write_text(page(body=f"{style}<article>{body}</article>"), encoding="utf-8")
-    found = check.overflowing(tmp_path)
+    found = check.in_browser(tmp_path)
     assert [line.partition(":")[0] for line in found] == ["page.html", "wide.html"]
+
+
+@pytest.mark.usefixtures("_chromium")
+def test_a_picture_that_is_missing_in_the_dark_theme_is_seen(check, tmp_path):
+    dark = (ROOT / "docs" / "_static" / "dark.css").read_text(encoding="utf-8")
+    body = "<img src='plot.png'><img src='studio-live.png'>"
+    for name, style, theme in (
+        ("lit", dark, "auto"), ("unlit", "", "auto"), ("chosen", dark, "light"), ("other", "", None),
+    ):  # fmt: skip
+        text = page(body=f"<style>{style}</style>{body}")
+        attribute = "" if theme is None else f" data-theme='{theme}'"
+        (tmp_path / f"{name}.html").write_text(text.replace("<body>", f"<body{attribute}>"), encoding="utf-8")
+    found = [line for line in check.in_browser(tmp_path) if not line.startswith("chosen")]
+    assert found == [f"unlit.html: {one} is missing in the dark theme" for one in ("plot.png", "studio-live.png")]
+    chosen = [line for line in check.in_browser(tmp_path) if line.startswith("chosen")]
+    assert len(chosen) == 2, "a reader who chose the light theme has the pictures as they are"
 
 
 def test_the_header_of_the_gallery_is_found_before_the_list_of_examples():

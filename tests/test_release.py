@@ -11,8 +11,8 @@ import ramsight
 
 ROOT = Path(__file__).parent.parent
 KEYS = {"cff-version", "message", "title", "type", "authors", "version", "date-released", "license", "references"}
-TOOLS = {"dev", "docs", "platforms"}
-"""Extras for whoever changes ramsight, or with a compiler for machines that tests do not have."""
+TOOLS = {"all", "dev", "docs", "platforms"}
+"""Extras for whoever changes ramsight, with a compiler for machines that tests do not have, or of other extras."""
 
 
 def text_of(name):

@@ -183,3 +183,7 @@ class SimulationError(RamsightError):
 
 class OutputError(RamsightError):
     """A result that cannot be written where it was asked for."""
+
+
+class MissingPackageError(RamsightError, ImportError):
+    """A package that is not installed; the text states which extra of ramsight installs it."""

@@ -1,10 +1,30 @@
-"""Packages that not everybody has, imported when they are needed."""
+"""Packages that not everybody has: which extra installs them, and the one line that states it."""
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
 from types import ModuleType
+
+from ramsight.errors import MissingPackageError
+
+USES = {
+    "datasets": "a Dataset",
+    "figures": "a figure",
+    "identify": "an identification",
+    "study": "a study",
+    "studio": "the studio",
+}
+"""What an extra is for, as messages begin."""
+PACKAGES = {
+    "datasets": ("xarray", "h5netcdf", "h5py"),
+    "figures": ("matplotlib",),
+    "identify": ("xarray", "scipy", "tomlkit"),
+    "study": ("xarray", "scipy", "matplotlib", "zarr"),
+}
+"""What is needed of an extra before long work is begun."""
 
 
 def imported(package: str, extra: str, refused: Callable[[str], Exception]) -> ModuleType:
@@ -25,5 +45,51 @@ def imported(package: str, extra: str, refused: Callable[[str], Exception]) -> M
     try:
         return importlib.import_module(package)
     except ImportError:
-        top = package.partition(".")[0]
-        raise refused(f'needs the package {top}: pip install "ramsight[{extra}]"') from None
+        raise refused(_needed(package, extra)) from None
+
+
+@contextmanager
+def needing(extra: str) -> Iterator[None]:
+    """Imports of packages that one of ramsight's extras installs, as a type checker sees them.
+
+    Raises:
+        MissingPackageError: one of them is not installed.
+
+    Example:
+        >>> with needing("figures"):
+        ...     import graphs
+        Traceback (most recent call last):
+        ramsight.errors.MissingPackageError: a figure needs the package graphs: pip install "ramsight[figures]"
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise MissingPackageError(f"{USES[extra]} {_needed(error.name or 'of it', extra)}") from None
+
+
+def missing(*extras: str) -> str:
+    """What is not installed of some extras, and how to get it, as messages state it; "" if all is there.
+
+    Example:
+        >>> missing()
+        ''
+    """
+    absent = {extra: one for extra in extras for one in reversed(PACKAGES[extra]) if find_spec(one) is None}
+    if not absent:
+        return ""
+    first = next(iter(absent))
+    return f"{USES[first]} {_needed(absent[first], ','.join(absent))}"
+
+
+def check_extra(*extras: str) -> None:
+    """Refuse long work whose result could not be made.
+
+    Raises:
+        MissingPackageError: a package of the extras is not installed.
+    """
+    if text := missing(*extras):
+        raise MissingPackageError(text)
+
+
+def _needed(package: str, extra: str) -> str:
+    return f'needs the package {package.partition(".")[0]}: pip install "ramsight[{extra}]"'

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.optional import needing
+
 if TYPE_CHECKING:
     import xarray
 
@@ -78,7 +80,7 @@ class Signals:
         """The same with other values in some columns."""
         return replace(self, columns={**self.columns, **{k: replace(self[k], values=v) for k, v in values.items()}})
 
-    def rows(self, which: slice | Sequence[int] | NDArray[np.bool_]) -> Signals:
+    def rows(self, which: slice | Sequence[int] | NDArray[np.bool_] | NDArray[np.intp]) -> Signals:
         """The same columns with the samples that were chosen, by a slice, their places or a mask."""
         return replace(
             self, columns={name: replace(one, values=one.values[which]) for name, one in self.columns.items()}
@@ -86,7 +88,8 @@ class Signals:
 
     def dataset(self) -> xarray.Dataset:
         """As a Dataset over `time`."""
-        import xarray
+        with needing("datasets"):
+            import xarray
 
         data = {name: (TIME, one.values, dict(one.attrs)) for name, one in self.columns.items()}
         coords = {TIME: data.pop(TIME)}

@@ -11,6 +11,7 @@ from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import AnyMap, known_map
 from ramsight.logs.data_frame import arrow_table, is_data_frame
+from ramsight.optional import needing
 from ramsight.sensor.sample import REPORTED
 
 if TYPE_CHECKING:
@@ -75,7 +76,8 @@ def checked(passed: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.
         DescriptionError: it is none.
         MissingColumnError: a variable is absent.
     """
-    import xarray
+    with needing("datasets"):
+        import xarray
 
     if not isinstance(passed, xarray.Dataset):
         raise DescriptionError("is no Dataset", key=name, value=passed, allowed=_LOG)
@@ -99,7 +101,9 @@ def truth_argument(truth: Any) -> str | Path | xarray.Dataset | None:
     if not is_data_frame(truth):
         return checked(truth, "truth", ("time", "position"))
     import numpy as np
-    import xarray
+
+    with needing("datasets"):
+        import xarray
 
     table = arrow_table(truth)
     missing = [one for one in ("time_s", "position_m") if one not in table.column_names]

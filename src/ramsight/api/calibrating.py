@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -18,10 +19,12 @@ from ramsight.calibration.leakage import leak_test as leak_test_built
 from ramsight.errors import DescriptionError
 from ramsight.logs import read_log
 from ramsight.logs.channel_map import known_map
+from ramsight.logs.drive_log import read_signals
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import read_measured
 from ramsight.machine import AnyMachine, load_machine, only_unit
 from ramsight.machine.description import Composed
+from ramsight.optional import check_extra
 from ramsight.plant.build import AnyUnit, build
 from ramsight.progress import advancing
 from ramsight.tracking.credible import credible_run
@@ -67,6 +70,8 @@ def leak_test(
         True
     """
     built = build(machine, unit)
+    if isinstance(log, str | os.PathLike):
+        return leak_test_built(built, read_signals(Path(log), channel_map, strict=True))
     return leak_test_built(built, _recorded(log, channel_map))
 
 
@@ -107,6 +112,7 @@ def identify(
         >>> found.moves, abs(found.factors["leak"].value - 1.2) < 0.1
         (4, True)
     """
+    check_extra("identify")
     built = build(machine, unit)
     name = log if isinstance(log, str | Path) else "log"
     recorded = _recorded(log, channel_map)
@@ -155,6 +161,7 @@ def identify_values(
         Traceback (most recent call last):
         ramsight.calibration.identify_record.IdentifyError: there is no run
     """
+    check_extra("identify")
     described = load_machine(machine)
     name = unit or only_unit(described)
     parts = described.unit(name)

@@ -23,6 +23,7 @@ from ramsight.logs.mapped import ChannelMap, Mapped
 from ramsight.machine import catalogue, load_machine, loads
 from ramsight.machine.description import Machine, Unit
 from ramsight.machine.requirement_description import DAY, Requirement
+from ramsight.optional import check_extra
 from ramsight.output import write_text
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import HydraulicUnit
@@ -110,6 +111,7 @@ def commission(
         >>> required.verdict.value, required.reasons[0].check
         ('failed', 'requirement')
     """
+    check_extra("identify")
     before = None if since is None else _before(machine, unit, path_argument(since, "since"))
     machine = machine if before is None else before.machine
     unit = unit if before is None else before.kept.unit

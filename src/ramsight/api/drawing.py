@@ -8,6 +8,7 @@ from ramsight.drawing import drawn, svg
 from ramsight.drawing.notes import notes
 from ramsight.machine import load_machine, only_unit
 from ramsight.machine.description import Machine, Unit
+from ramsight.optional import check_extra
 from ramsight.output import atomic_path, check_apart, check_target
 from ramsight.output.atomic import suffix_of
 from ramsight.plant.build import AnyUnit, build
@@ -43,6 +44,8 @@ def draw(machine: AnyUnit, path: str | Path | None = None, *, unit: str | None =
     """
     file = None if path is None else Path(path)
     check_target(file, FILES)
+    if file is not None and file.suffix != ".svg":
+        check_extra("figures")
     if file is not None and isinstance(machine, str | Path):
         check_apart({"the machine": machine}, {"the drawing": file})
     described, name = _described(machine, unit)

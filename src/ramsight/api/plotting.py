@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ramsight.errors import DescriptionError, UnknownNameError
-from ramsight.output import check_target
-from ramsight.tracking.figures import LOOKS, SCREEN, Look, draw_run, draw_track, save
+from ramsight.output import check_figure
+from ramsight.tracking.figures import LOOKS, SCREEN, Look, draw_run, draw_track, run_title, save
 from ramsight.tracking.sweep_figure import draw_sweep
 from ramsight.units import argument
 
@@ -51,7 +51,7 @@ def plot(
     attributes = getattr(dataset, "attrs", {})
     kind, unit = attributes.get("kind"), attributes.get("unit")
     look = look_of(width, style, is_drawn=kind != "simulated runs")
-    check_target(None if path is None else Path(path), (".png", ".svg", ".pdf"))
+    check_figure(None if path is None else Path(path))
     if kind == "track":
         known = "true_position" in dataset
         truth = dataset[["true_position"]].rename(true_position="position") if known else None
@@ -61,7 +61,7 @@ def plot(
     elif kind == "simulated runs":
         figure = draw_sweep(dataset, title or f"{dataset['outcome'].size} simulated runs")
     elif kind == "simulated run" and unit is not None:
-        figure = draw_run(dataset, title or f"{unit}: simulated run", look)
+        figure = draw_run(dataset, title or run_title(dataset), look)
     else:
         allowed = "what ramsight.simulate, ramsight.simulate_many or ramsight.track returns"
         raise DescriptionError("is neither a run nor a track", key="dataset", value=kind, allowed=allowed)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.signals import Samples
-from ramsight.tracking.compared_track import judged
+from ramsight.signals import Samples, Signals
+from ramsight.tracking.compared_track import with_error
 from ramsight.tracking.pieces import Pieces
 from ramsight.tracking.requirement_check import RequirementCheck, require
 from ramsight.units import argument, format_si
@@ -45,7 +45,6 @@ def achieved(done: Pieces, truth: Samples | None, asked: Requirement, unit: Hydr
     """
     if done.track is None or done.log is None:
         return None
-    kept = ("motor_speed", "reference")
-    log = done.log.dataset()
-    track = done.track.dataset().assign({name: log[name] for name in kept if name in log})
-    return require(track if truth is None else judged(track, truth), asked, unit.cylinder.stroke)
+    kept = {name: done.log[name] for name in ("motor_speed", "reference") if name in done.log}
+    track = Signals({**done.track.columns, **kept})
+    return require(track if truth is None else with_error(track, truth), asked, unit.cylinder.stroke)

@@ -13,6 +13,7 @@ from ramsight.api.tracking import Quantity
 from ramsight.errors import DescriptionError, LogError
 from ramsight.intervals import true_intervals
 from ramsight.logs.channels import DC_CURRENT, DC_POWER, DC_VOLTAGE, OIL_TEMPERATURE
+from ramsight.optional import needing
 from ramsight.sensor.sharing import OIL, POWER, SHARED, VOLTAGE, Agreement, Allowed, Shared
 from ramsight.units import argument
 
@@ -129,7 +130,8 @@ def check_shared(
             alarm > 0.0,
             {"long_name": f"{shared.signals} contradict each other"},
         )
-    import xarray
+    with needing("datasets"):
+        import xarray
 
     checks = xarray.Dataset(columns, coords={"time": ("time", time, {"units": "s"})})
     return SharedChecks(checks, _filled(one, two), _filled(two, one))

@@ -18,6 +18,7 @@ from ramsight.engine.cache import instructions
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import DescriptionError, UnknownNameError
+from ramsight.optional import needing
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.circuit import CircuitModel, parameter_values, shape
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
@@ -208,7 +209,8 @@ def _dataset(
     *,
     several: bool,
 ) -> xarray.Dataset:
-    import xarray
+    with needing("datasets"):
+        import xarray
 
     dims, ode = ["machine", "duty"] if several else ["duty"], todo.model.ode
 

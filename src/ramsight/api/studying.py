@@ -11,6 +11,7 @@ from ramsight.api.requirements import requirement_of
 from ramsight.errors import DescriptionError
 from ramsight.machine import AnyMachine, load_machine, only_unit
 from ramsight.machine.requirement_description import DAY, Requirement
+from ramsight.optional import check_extra
 from ramsight.plant.build import build
 from ramsight.progress import advancing
 from ramsight.study.datasheet.budget import Budget, budget, check_base
@@ -80,6 +81,7 @@ class Study:
         visit_every: Quantity | None = None,
         require: Quantity | Requirement | None = None,
     ) -> None:
+        check_extra("study")
         self.machine = load_machine(machine)
         name = only_unit(self.machine) if unit is None else unit
         if vary is not None and not isinstance(vary, Mapping):

@@ -12,6 +12,7 @@ import numpy as np
 from ramsight.api.tracking import Quantity, track
 from ramsight.logs.channel_map import AnyMap
 from ramsight.machine.assumption_description import SURE_START
+from ramsight.optional import check_extra
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import assuming
 from ramsight.sensor.comparing import LONGEST_ALERT, TIME_TO_ALERT
@@ -135,6 +136,7 @@ def derive_tolerance(
         >>> found.text.splitlines()[0].split(":")[0]
         'passed'
     """
+    check_extra("identify")
     built = build(machine, unit)
     stroke = float(built.cylinder.stroke)
     longest = format_si(stroke, "mm")

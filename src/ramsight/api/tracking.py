@@ -17,6 +17,7 @@ from ramsight.errors import DescriptionError, LogWarning
 from ramsight.logs.channel_map import AnyMap, known_map
 from ramsight.logs.data_frame import is_data_frame
 from ramsight.logs.opening import open_signals
+from ramsight.optional import needing
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
@@ -312,7 +313,8 @@ def _pieces(
     """The pieces of a log, and the file that warnings name."""
     if isinstance(log, str | Path):
         return open_signals(log, channel_map, advance=advance), log
-    import xarray
+    with needing("datasets"):
+        import xarray
 
     if is_data_frame(log):
         return (Signals.of(log_argument(one, channel_map)) for one in (log,)), _NO_FILE

@@ -10,6 +10,7 @@ from ramsight.machine.base import walk
 from ramsight.machine.declare import Quantity
 from ramsight.machine.reading import loads
 from ramsight.normal import TWO_SIDED_95
+from ramsight.optional import needing
 
 if TYPE_CHECKING:
     from ramsight.calibration.fit_track import FittedValues, Torque
@@ -90,7 +91,8 @@ def map_with(text: str, known: ChannelMap, torque: Torque, curve: SensorCurve | 
     Returns:
         The text with another `torque_constant`, `saturation` and `curve`; everything else as it was.
     """
-    import tomlkit
+    with needing("identify"):
+        import tomlkit
 
     if known.motor is None and curve is None:
         raise ValueError("the map has no current, and no curve of a sensor was found")

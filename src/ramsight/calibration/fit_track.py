@@ -34,6 +34,7 @@ from ramsight.engine.recursion import Recursion, replay_many
 from ramsight.errors import DescriptionError
 from ramsight.logs.sensor_curve import SensorCurve
 from ramsight.normal import TWO_SIDED_95
+from ramsight.optional import needing
 from ramsight.plant.build import build
 from ramsight.sensor.balance import balance
 from ramsight.sensor.sample import PRESSURES
@@ -187,7 +188,8 @@ def _round(
     model: _Model, change: Array, noise: Array, difference: float, advance: Callable[[float], object] | None
 ) -> tuple[Array, int]:
     """The same around a change that is nearly it."""
-    from scipy.optimize import least_squares
+    with needing("identify"):
+        from scipy.optimize import least_squares
 
     share, seen = 1.0 / (DRAWS * len(_DIFFERENCES) * EVALUATIONS), 0
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -27,10 +27,8 @@ from ramsight.plant.oil import Oil
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, reach, side_nodes
 from ramsight.sensor.balance import balance
+from ramsight.signals import Samples, Signals
 from ramsight.units import FREEZING, RPM
-
-if TYPE_CHECKING:
-    import xarray
 
 Array = NDArray[np.float64]
 
@@ -100,16 +98,17 @@ class LeakTest:
     stretches: tuple[Stretch, ...]
 
 
-def leak_test(unit: HydraulicUnit, log: xarray.Dataset) -> LeakTest:
+def leak_test(unit: HydraulicUnit, log: Samples) -> LeakTest:
     """Find leak tests in a drive log and evaluate them.
 
     Args:
         unit: the unit's parts, as its data sheet has them.
-        log: Dataset over `time` with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K].
+        log: over `time` [s], with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K].
 
     Raises:
         LeakTestError: there is none, or slow turning that may as well be a slow lift.
     """
+    log = Signals.of(log)
     found = _stretches(unit, log)
     if not found:
         raise LeakTestError(
@@ -156,7 +155,7 @@ def per_kelvin(oil: Oil, temperature: float) -> float:
     return float(oil.viscosity(temperature + 1.0) / oil.viscosity(temperature)) - 1.0
 
 
-def _stretches(unit: HydraulicUnit, log: xarray.Dataset) -> list[Stretch]:
+def _stretches(unit: HydraulicUnit, log: Signals) -> list[Stretch]:
     closed = ClosedPump(unit)
     time, speed = log["time"].values, log["motor_speed"].values
     lifting = unit.lift_sign * speed > _SLOWEST
@@ -168,7 +167,7 @@ def _stretches(unit: HydraulicUnit, log: xarray.Dataset) -> list[Stretch]:
         rows = slice(int(np.searchsorted(time, settled)), last + 1)
         if rows.stop - rows.start < 5 or time[last] - time[rows.start] < _SHORTEST or np.ptp(speed[rows]) > _STEADY:
             continue
-        stretch = _evaluate(closed, log.isel(time=rows))
+        stretch = _evaluate(closed, log.rows(rows))
         if stretch is not None:
             result.append(stretch)
     return result
@@ -261,10 +260,10 @@ class ClosedPump:
         return next((str(getattr(p, into)) for p in pumps if getattr(p, into) in sides), str(getattr(pumps[0], into)))
 
 
-def _evaluate(closed: ClosedPump, part: xarray.Dataset) -> Stretch | None:
+def _evaluate(closed: ClosedPump, part: Signals) -> Stretch | None:
     """The leak factor of a settled stretch."""
-    speed, torque = float(part["motor_speed"].mean()), part["motor_torque"].values
-    temperature, mean = float(part["oil_temperature"].mean()), float(torque.mean())
+    speed, torque = float(part["motor_speed"].values.mean()), part["motor_torque"].values
+    temperature, mean = float(part["oil_temperature"].values.mean()), float(torque.mean())
     factor = closed.factor(mean, speed, temperature)
     fast = abs(speed) * float(closed.unit.travel_per_radian) > _WORST * closed.limits.leak_velocity
     if closed.pressure(mean) < _LEAST_PRESSURE or factor is None or fast:
@@ -289,14 +288,14 @@ def _evaluate(closed: ClosedPump, part: xarray.Dataset) -> Stretch | None:
     )
 
 
-def _load_pressure(unit: HydraulicUnit, log: xarray.Dataset) -> float | None:
+def _load_pressure(unit: HydraulicUnit, log: Signals) -> float | None:
     """Pressure of the load in the held chamber [Pa above tank] from the moves in the log; None if there are none.
 
     The smallest of all moves is taken: a closed valve has to stay below every load that was on it.
     """
     sensor, limits = balance(unit), limits_of(unit)
     sensor.start(0.5 * unit.cylinder.stroke)
-    load = sensor.track(log)["load"].values
+    load = sensor.followed(log)["load"].values
     fast = np.abs(log["motor_speed"].values) * float(unit.travel_per_radian)
     moving = fast > _WORST * limits.leak_velocity
     if not np.any(moving):

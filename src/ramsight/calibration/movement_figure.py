@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from ramsight.optional import needing
 from ramsight.sensor.table import MovementTable
 from ramsight.tracking.figures import STYLE, save
 from ramsight.units import FREEZING
@@ -16,7 +17,8 @@ MM_PER_REVOLUTION = 2e3 * math.pi
 
 def warmth(share: float) -> Any:
     """Colour of an oil temperature, 0 the coldest and 1 the hottest."""
-    import matplotlib as mpl
+    with needing("figures"):
+        import matplotlib as mpl
 
     return mpl.colormaps["plasma"](0.08 + 0.78 * share)
 
@@ -32,8 +34,9 @@ def movement_figure(movement: MovementTable, title: str, path: str | Path) -> No
     Raises:
         OutputError: it cannot be written.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        import matplotlib as mpl
+        from matplotlib.figure import Figure
 
     with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         figure = Figure(figsize=(7.2, 4.2), layout="constrained")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ramsight.errors import DescriptionError
+from ramsight.optional import needing
 from ramsight.plant.loss_table import LossTable
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
@@ -29,8 +30,9 @@ def pump_map_figure(unit: HydraulicUnit, path: str | Path) -> None:
         DescriptionError: no pump of the unit has a table.
         OutputError: the picture cannot be written.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        import matplotlib as mpl
+        from matplotlib.figure import Figure
 
     pumps = [part for part in unit.parts() if isinstance(part, Pump) and part.table is not None]
     if not pumps:

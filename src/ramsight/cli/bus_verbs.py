@@ -141,7 +141,7 @@ def logs_replay(
     Example: ramsight logs replay log.csv --interface udp_multicast --channel 239.74.163.2 --rated-torque 80Nm
     """
     from ramsight.errors import DescriptionError
-    from ramsight.logs import read_log
+    from ramsight.logs.drive_log import read_signals
     from ramsight.logs.source import needs
     from ramsight.output import check_apart, check_target, write_text
     from ramsight.progress import progress
@@ -158,7 +158,7 @@ def logs_replay(
     if drive_node == thermometer_node:
         raise DescriptionError("is the drive's", key="--thermometer-node", value=drive_node, allowed="another one")
     with progress(1.0, "reading") as bar:
-        recorded = read_log(log, channel_map, advance=bar.advance)
+        recorded = read_signals(log, channel_map, advance=bar.advance)
     if map_out is not None:
         write_text(played_map(drive_node, thermometer_node, rated), map_out)
         say_written(map_out)

@@ -40,13 +40,13 @@ def calibrate(
     from ramsight.calibration.movement import TEMPERATURES
     from ramsight.calibration.sensor_file import SUFFIX, save
     from ramsight.machine import load_machine
-    from ramsight.output import check_apart, check_target
+    from ramsight.output import check_apart, check_figure, check_target
     from ramsight.plant.build import build
     from ramsight.progress import progress
     from ramsight.units import format_si, parse_option
 
     check_target(out, (SUFFIX,))
-    check_target(figure, (".png", ".svg", ".pdf"))
+    check_figure(figure)
     check_apart({"the machine": machine}, {"--out": out, "--figure": figure})
     described = load_machine(machine).unit(unit)
     fastest = format_si(described.drive.max_speed, "rpm")

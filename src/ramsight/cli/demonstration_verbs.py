@@ -11,7 +11,10 @@ from ramsight.cli.common import say_written
 
 
 def demo(
-    out: Annotated[Path, typer.Option(help="The picture: .png, .svg or .pdf.")] = Path("demo.png"),
+    out: Annotated[
+        Path | None,
+        typer.Option(help="The picture: .png, .svg or .pdf [default: demo.png, where the extra figures is installed]."),
+    ] = None,
 ) -> None:
     """Show what ramsight is about, on a log and a machine that ship with it.
 
@@ -21,12 +24,18 @@ def demo(
 
     Example: ramsight demo
     """
-    from ramsight.output import check_target
+    from ramsight.optional import missing
+    from ramsight.output import check_figure
     from ramsight.showcase.demo.demonstration import demonstrated
     from ramsight.showcase.demo.showing import write_figure
 
-    check_target(out, (".png", ".svg", ".pdf"))
+    lacks = missing("figures") if out is None else ""
+    picture = None if lacks else out or Path("demo.png")
+    check_figure(picture)
     shown = demonstrated(progress=True)
-    write_figure(shown, out)
+    if picture is not None:
+        write_figure(shown, picture)
     typer.echo(shown.text)
-    say_written(out)
+    say_written(picture)
+    if lacks:
+        typer.echo(f"no picture: {lacks}")

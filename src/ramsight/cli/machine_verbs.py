@@ -32,10 +32,10 @@ def check(
     from ramsight.api.abilities import abilities
     from ramsight.machine import load_machine
     from ramsight.machine.tables import rows_of, show
-    from ramsight.output import check_target
+    from ramsight.output import check_figure
     from ramsight.plant.machine_tables import machine_summary
 
-    check_target(figure, (".png", ".svg", ".pdf"))
+    check_figure(figure)
     described = load_machine(machine)
     show(machine_summary(described, unit))
     for name in described.units if unit is None else (unit,):

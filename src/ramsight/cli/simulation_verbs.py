@@ -142,12 +142,14 @@ def _check_files(
     read: dict[str, str | Path | None], out: Path | None, log: Path | None, truth: Path | None, figure: Path | None
 ) -> None:
     """Reject what cannot be written, or would be written over what is read, before any work is done."""
-    from ramsight.output import check_apart, check_target
+    from ramsight.output import check_apart, check_figure, check_installed, check_target
 
     check_target(out, (".nc", *_TABLES))
+    if out is not None:
+        check_installed(out)
     check_target(log, _TABLES)
     check_target(truth, _TABLES)
-    check_target(figure, (".png", ".svg", ".pdf"))
+    check_figure(figure)
     check_apart(read, {"--out": out, "--log": log, "--truth": truth, "--figure": figure})
 
 
@@ -167,13 +169,13 @@ def _write(
     elif out is not None:
         write_dataset(run.dataset(), out)
     if log is not None:
-        from ramsight.duty import report
+        from ramsight.duty.drive_report import reported
         from ramsight.logs import write_log
 
-        write_log(report(run.dataset(), how), log)
+        write_log(reported(run.columns(), how), log)
     if truth is not None:
         write_table({"time_s": run["time"].values, "position_m": run["position"].values}, truth)
     if figure is not None:
-        from ramsight.api.plotting import plot
+        from ramsight.tracking.figures import run_figure
 
-        plot(run.dataset(), figure)
+        run_figure(run.columns(), figure)

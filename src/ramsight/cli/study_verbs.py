@@ -46,12 +46,14 @@ def paper(
     Example: ramsight paper --out paper --ramp "0.6 s" --set boom.pump_a.volumetric_efficiency=0.92
     """
     from ramsight.errors import DescriptionError
+    from ramsight.optional import check_extra
     from ramsight.output import check_folder
     from ramsight.progress import progress
     from ramsight.reproduction import STEPS, Choices, reproduce, write_report
     from ramsight.reproduction.choices import READINGS, read_values
     from ramsight.units import parse_option
 
+    check_extra("datasets", "figures")
     check_folder(out)
     if loads not in READINGS:
         raise DescriptionError("is no reading of the loads", key="--loads", value=loads, allowed=", ".join(READINGS))
@@ -94,6 +96,7 @@ def loader(
     Example: ramsight loader --out late --drive-delay "100 ms"
     """
     from ramsight.machine import load_machine
+    from ramsight.optional import check_extra
     from ramsight.output import check_folder
     from ramsight.plant.linked import build_linked
     from ramsight.progress import progress
@@ -101,6 +104,7 @@ def loader(
     from ramsight.showcase.loader.report import summary, write_work
     from ramsight.units import format_si, parse_option
 
+    check_extra("datasets", "figures")
     check_folder(out)
     description = load_machine(machine)
     built = build_linked(description)

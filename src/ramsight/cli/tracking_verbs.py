@@ -166,8 +166,7 @@ def track(
         )
         if figure is not None and done.track is not None and done.log is not None:
             title = verbatim(f"{description.title or description.name}, {unit}: {log.name}")
-            shown = None if true is None else true.dataset()
-            tracked_figure(done.log.dataset(), done.track.dataset(), shown, title, figure, look)
+            tracked_figure(done.log, done.track, true, title, figure, look)
         typer.echo(done.summary)
         if true is not None and done.track is not None:
             typer.echo(error_text(errors_of(done.track, true), len(done.track)))
@@ -192,12 +191,12 @@ def _check_files(
     state: Path | None,
 ) -> None:
     """Refuse what cannot be written, or would be written over what is read, before any work is done."""
-    from ramsight.output import DATASET_FILES, check_apart, check_installed, check_state, check_target
+    from ramsight.output import DATASET_FILES, check_apart, check_figure, check_installed, check_state, check_target
 
     check_target(out, DATASET_FILES)
     if out is not None:
         check_installed(out)
-    check_target(figure, (".png", ".svg", ".pdf"))
+    check_figure(figure)
     read: dict[str, str | Path | None] = {
         "the machine": machine,
         "the log": log,

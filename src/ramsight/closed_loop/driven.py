@@ -26,6 +26,7 @@ from ramsight.control.thresholds import ROUNDING
 from ramsight.control.trajectory import Limits
 from ramsight.duty.live import Instant, Reported
 from ramsight.duty.live_drive import LiveDrive
+from ramsight.optional import needing
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
@@ -326,7 +327,8 @@ class DrivenUnits(ABC):
 
     def track(self, unit: str) -> xarray.Dataset:
         """A unit's estimates, as its sensor's `track` gives them; with `target` [m] and the reports."""
-        import xarray
+        with needing("datasets"):
+            import xarray
 
         record = self.records[unit]
         estimates, reported = record.estimate, record.reported

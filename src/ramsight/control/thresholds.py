@@ -46,7 +46,9 @@ CREEPING_SPEED = Constant(
 OPENING_RATIO = Constant(2.5, "1", "of lowering: a valve is open at twice its opening speed, and a quarter for errors")
 SETTLE_TIME = Constant(0.4, "s", "two swings of a full chamber at 5 Hz, after which a landing is judged")
 TARGET_TOLERANCE = Constant(0.5e-3, "m", "above the sensor's noise, a quarter of the 2 mm asked of a described machine")
-LANDING_TRIES = Constant(5.0, "1", "each leaves a fraction of the error; a wandering sensor is not followed for ever")
+LANDING_TRIES = Constant(
+    5.0, "1", "each leaves a fraction of the error; a wandering sensor is not followed without end"
+)
 DEAD_BAND = Constant(0.2e-3, "m", "the sensor's noise at rest")
 MOTOR_ACCELERATION = Constant(
     600.0, "rad/s2", "highest speed in 0.7 s, with a quarter of the loader motors' torque left at relief pressure"

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.duty import report, simulate
-from ramsight.duty.drive_report import declared_report
-from ramsight.duty.faults import Fault, inject
+from ramsight.duty.drive_report import declared_report, reported
+from ramsight.duty.faults import Fault, faulty
+from ramsight.duty.simulate import simulated
 from ramsight.duty.work_day import work_day
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.signals import Signal, Signals
 
 Array = NDArray[np.float64]
 
@@ -20,6 +21,7 @@ SAMPLES = 2000
 _LOADS = (0.1, 0.5)  # shares of what relief pressure holds
 _TEMPERATURE = 313.15  # K
 _OVERSPEED, _OVERTORQUE = 20.0, 50.0  # gains that no motor follows
+_SAMPLE = "sample"  # number that a sample had before the faults
 
 
 def faults(at: float) -> list[Fault]:
@@ -65,18 +67,18 @@ def faulty_day(
     force = limits_of(unit).load
     loads = (_LOADS[0] * force, _LOADS[1] * force)
     duty = work_day(unit, loads, _TEMPERATURE, duration=duration, visit_every=15.0, seed=seed)
-    run = simulate(real or unit, duty)
-    log = report(run, declared_report(real or unit, seed))
-    log = log.assign({name: run[name] for name in further if name not in log})
-    log = log.assign(sample=("time", np.arange(run.sizes["time"])))
-    known = np.full(run.sizes["time"], np.nan)
+    run = simulated(real or unit, duty).columns()
+    log = reported(run, declared_report(real or unit, seed))
+    more = {name: run[name] for name in further if name not in log}
+    log = Signals({**log.columns, **more, _SAMPLE: Signal(np.arange(len(run)))})
+    known = np.full(len(run), np.nan)
     for at in np.arange(8.0, duration - 25.0, every) if every else ():
         for fault in faults(float(at)):
-            log = inject(log, fault, seed)
+            log = faulty(log, fault, seed)
         place = int(np.searchsorted(run["time"].values, at + 21.0))
         known[place] = run["position"].values[place]
         known[place + 100] = 0.5 * unit.cylinder.stroke  # most likely wrong, and to be refused
     names = ("time", "motor_speed", "motor_torque", "oil_temperature")
-    columns = [*(log[name].values for name in names), known[log["sample"].values]]
+    columns = [*(log[name].values for name in names), known[log[_SAMPLE].values]]
     rows = np.column_stack([*columns, *(log[name].values for name in further)])
     return rows, duty.start_position

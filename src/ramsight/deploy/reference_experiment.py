@@ -18,8 +18,8 @@ from ramsight.deploy.credentials import CARD, DESCRIPTION, FMEDA
 from ramsight.deploy.fmu_variable import UNKNOWN
 from ramsight.deploy.golden import faulty_day
 from ramsight.deploy.machine_parameters import parameter_set
-from ramsight.duty import simulate
 from ramsight.duty.profile import Duty, Profile, constant
+from ramsight.duty.simulate import simulated
 from ramsight.engine.recursion import replay
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit, circuit
@@ -114,7 +114,7 @@ def _of_plant(unit: HydraulicUnit) -> Experiment:
     times = np.concatenate([[0.0], np.cumsum(np.tile(lengths, 2)), [2 * lengths.sum() + _REST]])
     speeds = Profile(times, speed * np.concatenate([shape, -shape[1:], [0.0]]))
     duty = Duty(speeds, constant(_LOAD_SHARE * limits.load), constant(_WARM), _START_SHARE * stroke)
-    run = simulate(unit, duty, sample_period=_STEP)
+    run = simulated(unit, duty, sample_period=_STEP)
     time = run["time"].values
     inputs = {
         "time": time,

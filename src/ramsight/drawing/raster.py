@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ramsight.drawing.circuit_drawing import DOT, Sheet
 from ramsight.drawing.shapes import SIZES, Area, Disc, Line, Shape, Word
+from ramsight.optional import needing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +20,8 @@ _FILLS = {"ink": _INK, "paper": _PAPER, "load": _LOAD, "none": "none"}
 
 def save(sheet: Sheet, path: Path) -> None:
     """Write a sheet to a file, at the size that its SVG has on paper; a PNG has 240 pixels an inch."""
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        from matplotlib.figure import Figure
 
     left, top, right, bottom = sheet.box
     figure = Figure(figsize=((right - left) / _PER_INCH, (bottom - top) / _PER_INCH))
@@ -50,7 +52,8 @@ def paint(axes: Axes, sheet: Sheet, *, width: float | None = None) -> None:
 def _draw(axes: Axes, shape: Shape, scale: float) -> None:
     """One shape, over those before it."""
     unit = scale * _POINTS
-    from matplotlib.patches import Circle, Polygon
+    with needing("figures"):
+        from matplotlib.patches import Circle, Polygon
 
     order = 2.0 + 1e-3 * len(axes.get_children())
     match shape:

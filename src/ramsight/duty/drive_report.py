@@ -27,6 +27,7 @@ from ramsight.logs.channels import (
 )
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.signals import TIME, Signal, Signals
 from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
@@ -183,14 +184,19 @@ def declared_report(unit: HydraulicUnit, seed: int, like: DriveReport | None = N
 
 
 def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Dataset:
+    """The drive log of a simulated run, as Datasets; arguments as `reported`."""
+    return reported(Signals.of(run), how).dataset()
+
+
+def reported(run: Signals, how: DriveReport | None = None) -> Signals:
     """The drive log of a simulated run.
 
     Args:
-        run: a Dataset as `simulate` returns it.
+        run: what `simulate` returns, as columns.
         how: rounding and noise; by default that of a usual CANopen drive.
 
     Returns:
-        A Dataset over the same `time` with motor_speed, motor_torque and oil_temperature, the commands to the
+        Columns over the same `time` with motor_speed, motor_torque and oil_temperature, the commands to the
         circuit's parts, the link's angle, the shaft's angle, the DC link's power and the chambers' pressures, if there
         are any.
     """
@@ -199,15 +205,15 @@ def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Datase
     speed, torque, temperature = (run[name].values for name in names)
     if how.magnets is not None:
         torque = how.magnets.gain(run["time"].values, torque) * torque
-    reported = how.of(speed, torque, temperature)
-    commands = [name for name in run if is_command(str(name))]
-    log = run[[*names, *commands]].copy(deep=True)
-    for name, values in zip(names, reported, strict=True):
-        log[name].values[:] = values
-    for channel, values in further_report(how, lambda name: run[name].values).items():
-        log[channel.name] = ("time", values, {"units": channel.units, "long_name": channel.long_name})
-    log.attrs = {"format": 1, "kind": DRIVE_LOG}
-    return log
+    kept = (TIME, *names, *(name for name in run.names if is_command(name)))
+    log = Signals({name: run[name] for name in kept}).replaced(
+        dict(zip(names, how.of(speed, torque, temperature), strict=True))
+    )
+    further = {
+        channel.name: Signal(values, {"units": channel.units, "long_name": channel.long_name})
+        for channel, values in further_report(how, lambda name: run[name].values).items()
+    }
+    return Signals({**log.columns, **further}, {"format": 1, "kind": DRIVE_LOG})
 
 
 def further_report(how: DriveReport, true: Callable[[str], Array]) -> dict[Channel, Array]:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.signals import TIME, Signals
+
 if TYPE_CHECKING:
     import xarray
 
@@ -61,22 +63,26 @@ def inject(log: xarray.Dataset, fault: Fault, seed: int = 0) -> xarray.Dataset:
         >>> inject(log, Fault("stuck", 0.1, 0.2, "motor_speed"))["motor_speed"].values.tolist()
         [0.0, 1.0, 1.0, 3.0]
     """
+    return faulty(Signals.of(log), fault, seed).dataset()
+
+
+def faulty(log: Signals, fault: Fault, seed: int = 0) -> Signals:
+    """The same of a log that is columns; arguments as `inject`."""
     time = log["time"].values
     during = (time >= fault.start) & (time <= fault.end)
     if fault.kind in VALUE_KINDS:
         assert fault.channel is not None
-        faulty = log.copy(deep=True)
-        values = faulty[fault.channel].values
+        values = log[fault.channel].values.copy()
         values[during] = _changed(values[during], fault)
-        return faulty
+        return log.replaced({fault.channel: values})
     if fault.kind == "dropout":
-        return log.isel(time=np.flatnonzero(~during))
+        return log.rows(~during)
     if fault.kind == "reordering":
         places = np.arange(len(time))
         inside = np.flatnonzero(during)
         pairs = inside[: len(inside) // 2 * 2].reshape(-1, 2)
         places[pairs.ravel()] = pairs[:, ::-1].ravel()
-        return log.isel(time=places)
+        return log.rows(places)
     moved = time.copy()
     if fault.kind == "jitter":
         moved[during] += np.random.default_rng(seed).uniform(0.0, fault.size, int(during.sum()))
@@ -85,7 +91,7 @@ def inject(log: xarray.Dataset, fault: Fault, seed: int = 0) -> xarray.Dataset:
         moved[during] = time[np.argmax(during)]
     else:
         moved[during] += fault.size
-    return log.assign_coords(time=moved)
+    return log.replaced({TIME: moved})
 
 
 def _changed(values: Array, fault: Fault) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import accumulate
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +19,7 @@ def lagging(time: Array, value: Array, lag: float) -> Array:
     """
     if not lag > 0.0 or len(time) < 2:
         return value
-    from scipy.signal import lfilter
-
     kept = float(np.exp(-(time[1] - time[0]) / lag))
-    return np.asarray(lfilter([1.0 - kept], [1.0, -kept], value, zi=[kept * value[0]])[0])
+    steps = ((1.0 - kept) * np.asarray(value, dtype=np.float64)).tolist()
+    lagged = accumulate(steps, lambda before, step: step + kept * before, initial=float(value[0]))
+    return np.array(list(lagged)[1:])

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.signals import Signal as Column
+from ramsight.signals import Signals
+
 if TYPE_CHECKING:
     import xarray
 
@@ -49,14 +52,18 @@ class Recorded:
         """The signal of that name."""
         return self.signals[name]
 
+    def columns(self) -> Signals:
+        """As columns over `time`."""
+        return Signals(
+            {
+                name: Column(one.values, {"units": one.units, "long_name": one.long_name})
+                for name, one in self.signals.items()
+            },
+            self.attrs,
+        )
+
     def dataset(self) -> xarray.Dataset:
         """As a Dataset over `time`; xarray takes a third of a second to be imported."""
-        import xarray
-
         from ramsight.output.shown_dataset import ShownDataset
 
-        data = {
-            name: ("time", one.values, {"units": one.units, "long_name": one.long_name})
-            for name, one in self.signals.items()
-        }
-        return ShownDataset.of(xarray.Dataset(data, attrs=dict(self.attrs)))
+        return ShownDataset.of(self.columns().dataset())

@@ -90,8 +90,21 @@ def simulate(
         DescriptionError: the duty's oil temperature is outside the range that the oil's data hold for.
         SimulationError: if the run does not reach its end; the text states where and what to do.
     """
+    return simulated(unit, duty, sample_period=sample_period, rtol=rtol, max_steps=max_steps, advance=advance).dataset()
+
+
+def simulated(
+    unit: HydraulicUnit,
+    duty: Duty,
+    *,
+    sample_period: float = SAMPLE_PERIOD,
+    rtol: float = DEFAULT_RTOL,
+    max_steps: int = DEFAULT_MAX_STEPS,
+    advance: Callable[[float], object] | None = None,
+) -> Recorded:
+    """The same run before it is a Dataset; arguments and errors as `simulate`."""
     done = ran(unit, duty, sample_period=sample_period, rtol=rtol, max_steps=max_steps, advance=advance)
-    return labelled(unit, duty, done).dataset()
+    return labelled(unit, duty, done)
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,9 @@ from ramsight.logs.channels import (
 )
 from ramsight.logs.data_frame import as_file, is_data_frame
 from ramsight.logs.lines import Advance, file_name
-from ramsight.logs.opening import check_temperature, open_log
+from ramsight.logs.opening import check_temperature, open_signals
 from ramsight.output import open_table
+from ramsight.signals import Samples, Signals, joined
 
 if TYPE_CHECKING:
     import xarray
@@ -82,25 +83,29 @@ def read_log(
             return read_log(file, channel_map, strict=strict, advance=advance)
     if not isinstance(log, str | os.PathLike):
         raise DescriptionError("is no log", key="log", value=log, allowed="a file, or a DataFrame")
-    import xarray
+    return read_signals(Path(log), channel_map, strict=strict, advance=advance).dataset()
 
-    pieces = list(open_log(Path(log), channel_map, advance=advance))
-    read = pieces[0] if len(pieces) == 1 else xarray.concat(pieces, "time", join="outer", combine_attrs="override")
+
+def read_signals(
+    path: Path, channel_map: AnyMap | None = None, *, strict: bool = False, advance: Advance | None = None
+) -> Signals:
+    """A drive log of a file, whole, as columns; arguments and errors as `read_log`."""
+    read = joined(list(open_signals(path, channel_map, advance=advance)))
     if strict:
-        _check_faultless(read, file_name(Path(log)))
+        _check_faultless(read, file_name(path))
     return read
 
 
-def write_log(log: xarray.Dataset, path: str | Path) -> None:
+def write_log(log: Samples, path: str | Path) -> None:
     """A drive log as a file that `read_log` reads, in the format that its suffix says.
 
     Only what a drive log has is written, so a whole simulated run may be passed. In CSV values keep 12 digits, times
     15, and NaN is an empty cell.
 
     Args:
-        log: over ``time`` [s]: ``motor_speed`` [rad/s], ``motor_torque`` [N m], ``oil_temperature`` [K] and perhaps
-            ``reference`` [m], ``link_angle`` [rad], ``shaft_angle`` [rad], ``dc_power`` [W], and of a drive's report
-            ``pressure_a`` and ``pressure_b`` [Pa], NaN where there is none.
+        log: a Dataset or columns over ``time`` [s]: ``motor_speed`` [rad/s], ``motor_torque`` [N m],
+            ``oil_temperature`` [K] and perhaps ``reference`` [m], ``link_angle`` [rad], ``shaft_angle`` [rad],
+            ``dc_power`` [W], and of a drive's report ``pressure_a`` and ``pressure_b`` [Pa], NaN where there is none.
         path: the file, ``.csv``, ``.csv.gz``, ``.parquet``, ``.mf4`` or ``.mcap``.
 
     Raises:
@@ -126,20 +131,21 @@ def write_log(log: xarray.Dataset, path: str | Path) -> None:
     """
     file = file_name(path)
     needed = ["time", *(channel.name for channel in CHANNELS)]
-    missing = [name for name in needed if name not in log.variables]
+    missing = [name for name in needed if name not in log]
     if missing:
         raise OutputError(f"{file}: a drive log needs {', '.join(needed)}; missing {', '.join(missing)}")
     # A simulated run has pressures that no drive reports.
     reported = log.attrs.get("kind") == DRIVE_LOG
     further = [one for one in (REFERENCE, *FURTHER) if reported or one not in PRESSURES]
-    for name in [*needed, *(one.name for one in further)]:
-        if name in log.variables and log[name].dims != ("time",):
-            raise OutputError(f"{file}: {name} of a drive log runs over time alone, not over {log[name].dims}")
+    if not isinstance(log, Signals):
+        for name in [*needed, *(one.name for one in further)]:
+            if name in log.variables and log[name].dims != ("time",):
+                raise OutputError(f"{file}: {name} of a drive log runs over time alone, not over {log[name].dims}")
     columns = {TIME: np.asarray(log["time"].values, dtype=np.float64)}
     for channel in (*CHANNELS, *further):
-        if channel.name in log.variables:
+        if channel.name in log:
             columns[channel.column] = channel.from_si(_finite(log[channel.name].values))
-    commands = [str(name) for name in log.data_vars if is_command(str(name))]
+    commands = [name for name in _names(log) if is_command(name)]
     columns |= {name: _finite(log[name].values) for name in commands}
     if not np.isfinite(columns[TIME]).any():
         raise OutputError(f"{file}: has no samples")
@@ -152,12 +158,17 @@ def write_log(log: xarray.Dataset, path: str | Path) -> None:
         table.append(columns)
 
 
+def _names(log: Samples) -> list[str]:
+    """Of the variables over time."""
+    return [str(name) for name in (log.names if isinstance(log, Signals) else log.data_vars)]
+
+
 def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
     numbers = np.asarray(values, dtype=np.float64)
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
-def _check_faultless(log: xarray.Dataset, file: str) -> None:
+def _check_faultless(log: Signals, file: str) -> None:
     """Reject a log with missing values, or with time that does not increase."""
     time = log["time"].values
     for name in ("time", *(channel.name for channel in CHANNELS)):

@@ -24,7 +24,7 @@ from ramsight.logs.channels import (
     REFERENCE,
     TIME,
     Channel,
-    as_dataset,
+    as_signals,
     column_of,
     is_command,
 )
@@ -148,6 +148,13 @@ def _check_standard(source: Source, names: list[str]) -> None:
 def read_measured(
     path: str | Path, channel_map: ChannelMap | str | Path, *, advance: Advance | None = None
 ) -> xarray.Dataset:
+    """What a log holds beside what a drive reports, as a Dataset; arguments and errors as `measured_signals`."""
+    return measured_signals(path, channel_map, advance=advance).dataset()
+
+
+def measured_signals(
+    path: str | Path, channel_map: ChannelMap | str | Path, *, advance: Advance | None = None
+) -> Signals:
     """What a log holds beside what a drive reports: the channels that its map names under `measured`.
 
     For identification and judgement; a sensor's log, from `open_log`, never has them. Where the map has a curve of the
@@ -174,7 +181,7 @@ def read_measured(
     if known.curve is not None and POSITION.name in columns:
         columns[POSITION.name] = known.curve.position(columns[POSITION.name])
     channels = [replace(MEASURED[name], column=name, factor=1.0, offset=0.0) for name in known.measured]
-    return as_dataset(columns | {TIME: columns["time"]}, channels)
+    return as_signals(columns | {TIME: columns["time"]}, channels)
 
 
 def _columns(

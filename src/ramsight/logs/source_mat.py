@@ -16,6 +16,7 @@ import numpy as np
 from ramsight.errors import LogError
 from ramsight.logs.lines import check_file, first_line
 from ramsight.logs.packed import opened
+from ramsight.logs.source import needs
 from ramsight.logs.source_groups import Group, GroupSource, Recorded, by_length
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -35,7 +36,7 @@ class MatSource(GroupSource):
         with opened(self.path) as file:
             begins = file.read(_LOOKED_AT)
         try:
-            found = dict(_hdf5(self.path) if _HDF5 in begins else _version_5(self.path))
+            found = dict(_hdf5(self.path, self.file) if _HDF5 in begins else _version_5(self.path, self.file))
         except _DAMAGE as error:
             raise LogError(f"is no file of MATLAB, or a damaged one: {first_line(error)}", file=self.file) from None
         if not found:
@@ -46,13 +47,11 @@ class MatSource(GroupSource):
         return by_length("mat", found)
 
 
-def _version_5(path: Any) -> Iterator[tuple[str, Recorded]]:
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
+def _version_5(path: Any, file: str) -> Iterator[tuple[str, Recorded]]:
+    reader: Any = needs("scipy.io", "logs", file)
     try:
-        content = loadmat(path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
-    except MatReadError as error:
+        content = reader.loadmat(path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
+    except reader.matlab.MatReadError as error:
         raise ValueError(str(error)) from None
     for name, value in content.items():
         if not name.startswith("__"):
@@ -71,9 +70,8 @@ def _flat(name: str, value: Any, deep: int) -> Iterator[tuple[str, Recorded]]:
         yield from _columns(name, value)
 
 
-def _hdf5(path: Any) -> Iterator[tuple[str, Recorded]]:
-    import h5py
-
+def _hdf5(path: Any, file: str) -> Iterator[tuple[str, Recorded]]:
+    h5py: Any = needs("h5py", "logs", file)
     found: list[tuple[str, Any]] = []
 
     def take(name: str, one: Any) -> None:
@@ -82,8 +80,8 @@ def _hdf5(path: Any) -> Iterator[tuple[str, Recorded]]:
             _check_stored(name, one)
             found.append((name.replace("/", "."), np.asarray(one[()]).T))  # MATLAB's order of indices
 
-    with h5py.File(path, "r") as file:
-        file.visititems(take)
+    with h5py.File(path, "r") as opened_file:
+        opened_file.visititems(take)
     for name, value in found:
         yield from _columns(name, np.squeeze(value))
 

@@ -6,7 +6,7 @@ belong together. `Exclusive` keeps other programs from a file.
 `flush_folder` makes what was moved or removed last through a power loss.
 """
 
-from ramsight.output.atomic import atomic_path, check_target, write_text
+from ramsight.output.atomic import FIGURE_FILES, atomic_path, check_figure, check_target, write_text
 from ramsight.output.cells import DECIMALS, Coded
 from ramsight.output.command_files import check_apart, check_state
 from ramsight.output.dataset import DATASET_FILES, DATASETS, column_name, open_dataset, write_dataset
@@ -19,6 +19,7 @@ __all__ = [
     "DATASETS",
     "DATASET_FILES",
     "DECIMALS",
+    "FIGURE_FILES",
     "TABLES",
     "TABLE_FILES",
     "Coded",
@@ -26,6 +27,7 @@ __all__ = [
     "HeldError",
     "atomic_path",
     "check_apart",
+    "check_figure",
     "check_folder",
     "check_installed",
     "check_state",

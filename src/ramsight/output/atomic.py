@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ramsight.errors import OutputError
+from ramsight.optional import check_extra
 from ramsight.output.drafts import draft_of, sweep
 from ramsight.output.flush import flush_folder
 
@@ -81,6 +82,24 @@ def check_target(path: Path | None, suffixes: Sequence[str]) -> None:
     if path is not None:
         suffix_of(path, suffixes)
         _target(path, one_line(path))
+
+
+FIGURE_FILES = (".png", ".svg", ".pdf")
+
+
+def check_figure(path: Path | None) -> None:
+    """Reject a figure that cannot be drawn or written, before long work rather than after it.
+
+    Args:
+        path: the file to be; `None` is always right.
+
+    Raises:
+        OutputError: the suffix is not one of `FIGURE_FILES`, or there is no such directory.
+        MissingPackageError: what draws it is not installed.
+    """
+    check_target(path, FIGURE_FILES)
+    if path is not None:
+        check_extra("figures")
 
 
 def one_line(text: object) -> str:

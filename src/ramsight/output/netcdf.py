@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ramsight.errors import OutputError
+from ramsight.optional import needing
 from ramsight.output.forgiving import ForgivingFile
 from ramsight.signals import Samples, Signals
 
@@ -27,7 +28,8 @@ class NetcdfPieces:
     """
 
     def __init__(self, path: Path, shown: str) -> None:
-        import h5netcdf
+        with needing("datasets"):
+            import h5netcdf
 
         self._disk = ForgivingFile(path)
         self._file: Any = h5netcdf.File(self._disk, "w")
@@ -95,8 +97,9 @@ def write_netcdf(dataset: xarray.Dataset, path: Path, encoding: Mapping[str, Map
     Raises:
         OSError: it cannot be written.
     """
-    import h5netcdf
-    from xarray.backends import H5NetCDFStore
+    with needing("datasets"):
+        import h5netcdf
+        from xarray.backends import H5NetCDFStore
 
     with ForgivingFile(path) as disk:
         with h5netcdf.File(disk, "w") as file:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray
 
+from ramsight.optional import needing
 from ramsight.output.notebook import card, curves
+
+with needing("datasets"):
+    import xarray
 
 _MM = 1e3
 

@@ -125,7 +125,12 @@ class _CsvTable(TableWriter):
             self._stream.write(rows_text([(name, part(columns[name], rows)) for name in self._names], self._formats))
 
 
-_PACKAGES = {".parquet": ("pyarrow.parquet", "logs"), ".mf4": ("asammdf", "logs"), ".mcap": ("mcap.writer", "logs")}
+_PACKAGES = {
+    ".parquet": ("pyarrow.parquet", "logs"),
+    ".mf4": ("asammdf", "logs"),
+    ".mcap": ("mcap.writer", "logs"),
+    ".nc": ("h5netcdf", "datasets"),
+}
 
 
 def check_installed(path: str | Path) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ramsight.optional import needing
 from ramsight.reproduction.chapter import Picture
 from ramsight.tracking.figures import ERROR, ESTIMATE, STYLE, TRUTH, UNCERTAIN, save
 
@@ -49,8 +50,9 @@ _MORE = {"axes.titlesize": 9.5, "axes.titleweight": "bold", "axes.titlelocation"
 
 def draw(picture: Picture, folder: Path) -> None:
     """Draw a picture into a folder, as PNG and as SVG."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        import matplotlib as mpl
+        from matplotlib.figure import Figure
 
     with mpl.rc_context(STYLE | _MORE):  # type: ignore[arg-type]
         figure = Figure(figsize=picture.size, layout="constrained")

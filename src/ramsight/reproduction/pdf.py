@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from ramsight.optional import needing
 from ramsight.reproduction.chapter import Chapter, Grid, Study, Verdict
 from ramsight.reproduction.coverage import drawn
 from ramsight.reproduction.markdown import COVERAGE, INTRODUCTION, MEANING, SOURCE, STATEMENTS, TITLE, typeset
@@ -38,7 +39,8 @@ class _Pages:
             self._begin()
 
     def _begin(self) -> None:
-        from matplotlib.figure import Figure
+        with needing("figures"):
+            from matplotlib.figure import Figure
 
         self.close()
         self._number += 1
@@ -82,7 +84,8 @@ class _Pages:
 
     def picture(self, file: Path, size: tuple[float, float]) -> None:
         """A picture from a file, in the page's width."""
-        import matplotlib.image as images
+        with needing("figures"):
+            import matplotlib.image as images
 
         height = _WIDE * _PAPER[0] * size[1] / size[0] / _PAPER[1]
         self.room(height)
@@ -111,7 +114,8 @@ def write_pdf(study: Study, folder: Path, file: Path) -> None:
         folder: where its figures were drawn.
         file: to write.
     """
-    from matplotlib.backends.backend_pdf import PdfPages
+    with needing("figures"):
+        from matplotlib.backends.backend_pdf import PdfPages
 
     with PdfPages(file, metadata={"Title": TITLE, "CreationDate": None}) as pdf:
         pages = _Pages(pdf)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.profile import Duty, constant, trapezoid_moves
 from ramsight.duty.simulate import simulate
+from ramsight.optional import needing
 from ramsight.plant.steady import derive, torque_at_load
 from ramsight.reproduction import baseline
 from ramsight.reproduction.bench import TEMPERATURE, Bench
@@ -188,7 +189,8 @@ def _draw_flows(figure: Any, flows: dict[str, dict[str, Flow]]) -> None:
 
 def _draw_flow(axes: Any, flow: Flow, source: str, sink: str) -> None:
     """Draw where what the source gives goes; what is too thin to be drawn is the rest."""
-    from matplotlib.sankey import Sankey
+    with needing("figures"):
+        from matplotlib.sankey import Sankey
 
     total = flow[source]
     taken = {name: value for name, value in flow.items() if name in _LOSSES and value > _THIN * total}

@@ -49,25 +49,42 @@ SETS = {
 
 
 def overdetermined(equations: dict[str, set[str]]) -> set[str]:
-    """Names of the equations that can be checked."""
-    import numpy as np
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.csgraph import maximum_bipartite_matching
+    """Names of the equations that can be checked.
 
-    names, unknowns = list(equations), sorted(set().union(*equations.values()))
-    incidence = np.array([[unknown in equations[name] for unknown in unknowns] for name in names], dtype=int)
-    column_of = maximum_bipartite_matching(csr_matrix(incidence), perm_type="column")
-    row_of = {int(column): row for row, column in enumerate(column_of) if column >= 0}
-    reached = [row for row in range(len(names)) if column_of[row] < 0]
+    Example:
+        >>> sorted(overdetermined({"one": {"x"}, "two": {"x"}, "three": {"x", "y"}}))
+        ['one', 'two']
+    """
+    by_unknown = matching(equations)
+    reached = list(equations.keys() - by_unknown.values())
     found = set(reached)
     while reached:  # along alternating paths from equations that are left over
-        row = reached.pop()
-        for column in np.flatnonzero(incidence[row]):
-            other = row_of[int(column)]
+        for unknown in equations[reached.pop()]:
+            other = by_unknown[unknown]  # it has one: else the matching were not the largest
             if other not in found:
                 found.add(other)
                 reached.append(other)
-    return {names[row] for row in found}
+    return found
+
+
+def matching(equations: dict[str, set[str]]) -> dict[str, str]:
+    """A largest matching: for an unknown the equation that it is computed from, each equation for one at most."""
+    by_unknown: dict[str, str] = {}
+
+    def gets_one(name: str, tried: set[str]) -> bool:
+        """Whether an equation gets an unknown, others changing theirs where they can."""
+        for unknown in sorted(equations[name]):
+            if unknown in tried:
+                continue
+            tried.add(unknown)
+            if unknown not in by_unknown or gets_one(by_unknown[unknown], tried):
+                by_unknown[unknown] = name
+                return True
+        return False
+
+    for name in equations:
+        gets_one(name, set())
+    return by_unknown
 
 
 def declared(assumed: Assumptions) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from ramsight.duty.live import Reported
 from ramsight.errors import OutputError
 from ramsight.logs import write_log
 from ramsight.logs.channels import DRIVE_LOG, MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE
+from ramsight.optional import needing
 from ramsight.output import atomic_path
 from ramsight.output.table_file import write_table
 
@@ -82,7 +83,8 @@ class Recorder:
         Raises:
             OutputError: the drive has not reported anything yet, or the file cannot be written.
         """
-        import xarray
+        with needing("datasets"):
+            import xarray
 
         if not self._reports:
             raise OutputError(f"{name}: the drive has not reported anything yet")

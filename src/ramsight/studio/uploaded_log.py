@@ -224,7 +224,10 @@ def _draw(asked: Asked, log: xarray.Dataset, found: xarray.Dataset, known: xarra
 
 
 def _truth(asked: Asked) -> xarray.Dataset | None:
-    return read_truth(asked.truth) if asked.truth is not None else truth_in(asked.file, asked.channel_map)
+    if asked.truth is not None:
+        return read_truth(asked.truth)
+    held = truth_in(asked.file, asked.channel_map)
+    return None if held is None else held.dataset()
 
 
 def _shares(say: Say) -> Callable[[float], None]:

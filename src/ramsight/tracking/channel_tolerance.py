@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
+from ramsight.optional import needing
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import RISK
 
@@ -56,7 +57,8 @@ def stated_std(position: Array, std: Array, low: Array, high: Array, bound: Arra
         >>> float(stated_std(0 * one, one, -2.5 * one, 1.9 * one, 4 * one)[0].round(3))
         1.276
     """
-    from scipy.special import ndtri
+    with needing("identify"):
+        from scipy.special import ndtri
 
     quantile = -float(ndtri(0.5 * RISK))
     band = np.maximum(high - position, position - low) / TWO_SIDED_95
@@ -150,7 +152,8 @@ class Channels:
 
 def _tail(size: Array) -> Array:
     """Upper tail of the standard normal distribution."""
-    from scipy.special import ndtr
+    with needing("identify"):
+        from scipy.special import ndtr
 
     found: Array = ndtr(-size)
     return found

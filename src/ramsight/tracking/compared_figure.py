@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ramsight.optional import needing
 from ramsight.output import open_table
 from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.virtual_sensor import BOUND
@@ -48,8 +49,9 @@ def compared_figure(both: xarray.Dataset, title: str, path: str | Path) -> None:
         title: above the picture.
         path: .png, .svg or .pdf.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        import matplotlib as mpl
+        from matplotlib.figure import Figure
 
     time, bound = both["time"].values, 1e3 * both[BOUND].values
     virtual, other = 1e3 * both["position"].values, 1e3 * both["other_position"].values

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.sensor.status import is_invalid
-from ramsight.signals import Samples
+from ramsight.signals import Samples, Signal, Signals
 from ramsight.tracking.position_errors import PositionErrors, TrackErrors, track_errors
 
 if TYPE_CHECKING:
@@ -25,11 +25,8 @@ def judged(tracked: xarray.Dataset, truth: Samples) -> xarray.Dataset:
         ComparisonError: the two have no time in common.
     """
     found = errors_of(tracked, truth)
-    known = np.interp(tracked["time"].values, truth["time"].values, truth["position"].values, left=np.nan, right=np.nan)
-    result = tracked.assign(
-        true_position=("time", known, {"units": "m", "long_name": "true position"}),
-        error=("time", tracked["position"].values - known, {"units": "m", "long_name": "error of the position"}),
-    )
+    beside = _beside(tracked, truth)
+    result = tracked.assign({name: ("time", one.values, dict(one.attrs)) for name, one in beside.items()})
     figures = (np.nan, np.nan, np.nan, 0)
     if found.usable is not None:
         figures = (found.usable.largest, found.usable.p95, found.usable.final, found.usable.samples)
@@ -37,6 +34,20 @@ def judged(tracked: xarray.Dataset, truth: Samples) -> xarray.Dataset:
     result.attrs |= dict(zip(names, figures, strict=True))
     result.attrs |= {"invalid_samples": found.invalid, "invalid_largest": found.invalid_largest}
     return result
+
+
+def with_error(tracked: Signals, truth: Samples) -> Signals:
+    """A track with the true position and the error beside it; arguments and errors as `judged`."""
+    errors_of(tracked, truth)
+    return Signals({**tracked.columns, **_beside(tracked, truth)}, tracked.attrs)
+
+
+def _beside(tracked: Samples, truth: Samples) -> dict[str, Signal]:
+    known = np.interp(tracked["time"].values, truth["time"].values, truth["position"].values, left=np.nan, right=np.nan)
+    return {
+        "true_position": Signal(known, {"units": "m", "long_name": "true position"}),
+        "error": Signal(tracked["position"].values - known, {"units": "m", "long_name": "error of the position"}),
+    }
 
 
 def errors_of(tracked: Samples, truth: Samples) -> TrackErrors:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +10,7 @@ from numpy.typing import NDArray
 from ramsight.intervals import true_intervals
 from ramsight.sensor.mode import Mode
 from ramsight.sensor.thresholds import TORQUE_STEADY_SPEED
-
-if TYPE_CHECKING:
-    import xarray
+from ramsight.signals import Samples
 
 _AT_END = 0.02  # share of the stroke within which a contact is one with the end
 _LONG = 0.2  # s that a contact lasts at least
@@ -39,7 +36,7 @@ class Visit:
     way: int
 
 
-def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
+def visits(track: Samples, stroke: float) -> list[Visit]:
     """The visits to the ends that a track of the kalman sensor shows, in order.
 
     Between the ends only a piston that the motor drives meets something: a load that is taken off while it stands is

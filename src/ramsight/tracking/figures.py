@@ -11,13 +11,14 @@ import numpy as np
 
 from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
+from ramsight.optional import needing
 from ramsight.output import atomic_path
 from ramsight.sensor.status import VALIDITIES, Status, validity_levels
 from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
+from ramsight.signals import Samples
 from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.figure import Figure
 
 ESTIMATE, TRUTH, ERROR, UNCERTAIN = "#c8401e", "#1f2a36", "#2a6f97", "#e9b44c"
@@ -77,7 +78,8 @@ class Look:
 
     def context(self) -> AbstractContextManager[Any]:
         """Matplotlib's parameters while a figure is made and saved."""
-        import matplotlib as mpl
+        with needing("figures"):
+            import matplotlib as mpl
 
         return mpl.rc_context(STYLE | (_JOURNAL if self.is_for_print else {}))  # type: ignore[arg-type]
 
@@ -119,9 +121,9 @@ def legend_above(axes: Any, **style: Any) -> None:
 
 
 def tracked_figure(
-    log: xarray.Dataset,
-    tracked: xarray.Dataset,
-    truth: xarray.Dataset | None,
+    log: Samples,
+    tracked: Samples,
+    truth: Samples | None,
     title: str,
     path: str | Path,
     look: Look = SCREEN,
@@ -140,9 +142,7 @@ def tracked_figure(
         save(draw_track(log, tracked, truth, title, look), path)
 
 
-def draw_track(
-    log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Dataset | None, title: str, look: Look = SCREEN
-) -> Figure:
+def draw_track(log: Samples, tracked: Samples, truth: Samples | None, title: str, look: Look = SCREEN) -> Figure:
     """The picture of `tracked_figure`, a `matplotlib.figure.Figure`: a panel a quantity, so that each has its scale.
 
     Args:
@@ -152,7 +152,8 @@ def draw_track(
         title: above the picture.
         look: its width and style.
     """
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        from matplotlib.figure import Figure
 
     time, band = tracked["time"].values, 1e3 * half_band(tracked)
     has_band = bool(np.isfinite(band).any())  # the volume balance states none
@@ -162,7 +163,9 @@ def draw_track(
         axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
         position = axes[0]
         if truth is not None:
-            position.plot(truth["time"], 1e3 * truth["position"], color=TRUTH, lw=2.4, label="true position")
+            position.plot(
+                truth["time"].values, 1e3 * truth["position"].values, color=TRUTH, lw=2.4, label="true position"
+            )
         estimate = 1e3 * tracked["position"].values
         if LOWEST in tracked:
             low, high = (1e3 * tracked[end].values for end in (LOWEST, HIGHEST))
@@ -173,7 +176,9 @@ def draw_track(
             position.text(0.5, 0.5, _NEVER_KNOWN, transform=position.transAxes, ha="center", va="center")
         error = None
         if truth is not None:
-            error = estimate - 1e3 * np.interp(time, truth["time"], truth["position"], left=np.nan, right=np.nan)
+            error = estimate - 1e3 * np.interp(
+                time, truth["time"].values, truth["position"].values, left=np.nan, right=np.nan
+            )
             axes[1].plot(time, error, color=ERROR, lw=1.0)
             axes[1].axhline(0.0, color=TRUTH, lw=0.6)
             axes[1].set_ylabel("error\n[mm]")
@@ -190,7 +195,7 @@ def draw_track(
     return figure
 
 
-def half_band(tracked: xarray.Dataset) -> Any:
+def half_band(tracked: Samples) -> Any:
     """Half of the 95 % band's width [m]: by its ends where the sensor states them, else by its standard deviation."""
     if LOWEST in tracked:
         return 0.5 * (tracked[HIGHEST].values - tracked[LOWEST].values)
@@ -209,7 +214,18 @@ def draw_band(axes: Any, time: Any, band: Any, error: Any) -> None:
         legend_above(axes, ncols=2, fontsize=7)
 
 
-def draw_run(run: xarray.Dataset, title: str, look: Look = SCREEN) -> Figure:
+def run_title(run: Samples) -> str:
+    """What stands above the picture of a run."""
+    return f"{run.attrs.get('unit')}: simulated run"
+
+
+def run_figure(run: Samples, path: str | Path, look: Look = SCREEN) -> None:
+    """Draw a simulated run into a file: .png, .svg or .pdf; arguments as `draw_run`."""
+    with look.context():
+        save(draw_run(run, run_title(run), look), path)
+
+
+def draw_run(run: Samples, title: str, look: Look = SCREEN) -> Figure:
     """A picture of a simulated run: position, chamber pressures, motor speed, torque and oil temperature.
 
     Args:
@@ -217,18 +233,21 @@ def draw_run(run: xarray.Dataset, title: str, look: Look = SCREEN) -> Figure:
         title: above the picture.
         look: its width and style.
     """
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        from matplotlib.figure import Figure
 
     with look.context():
         figure = Figure(figsize=(7.2, 7.2), layout="constrained")
         axes = figure.subplots(5, 1, sharex=True, height_ratios=[2.2, 1.2, 0.9, 0.9, 0.7])
-        axes[0].plot(run["time"], 1e3 * run["position"], color=TRUTH, lw=1.6)
+        axes[0].plot(run["time"].values, 1e3 * run["position"].values, color=TRUTH, lw=1.6)
         axes[0].set_ylabel("position [mm]")
         if not look.is_for_print:
             axes[0].set_title(title, loc="left", fontweight="bold")
         for name, color in (("pressure_a", ESTIMATE), ("pressure_b", ERROR)):
             if name in run:
-                axes[1].plot(run["time"], run[name] / 1e5, color=color, lw=1.0, label=f"chamber {name[-1].upper()}")
+                axes[1].plot(
+                    run["time"].values, run[name].values / 1e5, color=color, lw=1.0, label=f"chamber {name[-1].upper()}"
+                )
         axes[1].set_ylabel("pressure\n[bar]")
         legend_above(axes[1], ncols=2)
         draw_drive(axes[-3:], run)
@@ -237,13 +256,13 @@ def draw_run(run: xarray.Dataset, title: str, look: Look = SCREEN) -> Figure:
     return figure
 
 
-def draw_drive(axes: Any, log: xarray.Dataset) -> None:
+def draw_drive(axes: Any, log: Samples) -> None:
     """Draw what the drive reported, into three axes."""
-    axes[0].plot(log["time"], log["motor_speed"].values / RPM, color=TRUTH, lw=1.0)
+    axes[0].plot(log["time"].values, log["motor_speed"].values / RPM, color=TRUTH, lw=1.0)
     axes[0].set_ylabel("speed\n[rpm]")
-    axes[1].plot(log["time"], log["motor_torque"], color=TRUTH, lw=0.6)
+    axes[1].plot(log["time"].values, log["motor_torque"].values, color=TRUTH, lw=0.6)
     axes[1].set_ylabel("torque\n[N m]")
-    axes[2].plot(log["time"], log["oil_temperature"].values - FREEZING, color=TRUTH, lw=0.6)
+    axes[2].plot(log["time"].values, log["oil_temperature"].values - FREEZING, color=TRUTH, lw=0.6)
     axes[2].set_ylabel("oil\n[°C]")
     axes[2].set_xlabel("time [s]")
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import xarray
 from numpy.typing import NDArray
 
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.signals import Samples
 from ramsight.tracking.position_errors import stop_visits, turning_for
 
 _WRONG, _LEAST = 4.0, 1e-3  # standard deviations and m from which a position that is reported as ok is wrong
@@ -47,7 +47,7 @@ class Judged:
 
 
 def judge(
-    track: xarray.Dataset,
+    track: Samples,
     motor_speed: NDArray[np.float64],
     position: NDArray[np.float64],
     stroke: float,

@@ -15,11 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.machine.requirement_description import Requirement, shown_error
+from ramsight.normal import upper_tail
 from ramsight.sensor.status import Status, is_invalid
+from ramsight.signals import Samples
 from ramsight.tracking.end_visits import visits
 
 if TYPE_CHECKING:
-    import xarray
+    pass
 
 Array = NDArray[np.float64]
 
@@ -98,7 +100,7 @@ class RequirementCheck:
         return f"a reference (end stop, switch) every {self.good_for:g} s of work"
 
 
-def require(track: xarray.Dataset, asked: Requirement, stroke: float) -> RequirementCheck:
+def require(track: Samples, asked: Requirement, stroke: float) -> RequirementCheck:
     """Hold a track against a requirement.
 
     Args:
@@ -144,7 +146,7 @@ def require(track: xarray.Dataset, asked: Requirement, stroke: float) -> Require
     return RequirementCheck(asked, int(within.sum()), stated, measured, ok, good_for)
 
 
-def _ages(track: xarray.Dataset, stroke: float) -> tuple[Array, NDArray[np.int64]]:
+def _ages(track: Samples, stroke: float) -> tuple[Array, NDArray[np.int64]]:
     """Time since the last reference, or since the position was known first [s], and how many came, shapes (n,)."""
     time = track["time"].values
     there = np.isfinite(track["position"].values)
@@ -162,8 +164,6 @@ def _ages(track: xarray.Dataset, stroke: float) -> tuple[Array, NDArray[np.int64
 
 def _stated(std: Array) -> float:
     """The limit that a share of errors is within, of normal errors with these standard deviations [m]."""
-    from scipy.special import ndtr
-
     finite = std[np.isfinite(std)]
     if finite.size < SHARE * std.size or not std.size:
         return math.inf
@@ -172,6 +172,6 @@ def _stated(std: Array) -> float:
     kinds = np.maximum(kinds, 1e-9)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        inside = float(((1.0 - 2.0 * ndtr(-middle / kinds)) * counts).sum()) / std.size
+        inside = float(((1.0 - 2.0 * upper_tail(middle / kinds)) * counts).sum()) / std.size
         low, high = (middle, high) if inside < SHARE else (low, middle)
     return high

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.errors import DescriptionError
+from ramsight.optional import needing
 from ramsight.tracking.figures import ERROR, STYLE
 from ramsight.units import to_si
 
@@ -41,8 +42,9 @@ def draw_sweep(runs: xarray.Dataset, title: str) -> Figure:
     Raises:
         DescriptionError: no value differs between the runs.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        import matplotlib as mpl
+        from matplotlib.figure import Figure
 
     across = [_quantity(runs, str(name)) for name in runs.coords if _differs(runs, str(name))][:_MOST]
     if not across:

@@ -11,10 +11,10 @@ from ramsight.errors import LogError
 from ramsight.logs.channel_map import known_map
 from ramsight.logs.channels import POSITION
 from ramsight.logs.mapped import ChannelMap
-from ramsight.logs.opening import read_measured
+from ramsight.logs.opening import measured_signals
 from ramsight.logs.truth import truth_signals
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.signals import Samples, Signals
+from ramsight.signals import TIME, Samples, Signals
 from ramsight.tracking.credible import credible_truth
 from ramsight.tracking.position_errors import ComparisonError
 
@@ -47,8 +47,7 @@ def known_position(
         ComparisonError: no piston of this stroke can have that position.
     """
     if truth is None:
-        held = truth_in(log, channel_map)
-        known = None if held is None else Signals.of(held)
+        known = truth_in(log, channel_map)
     else:
         known = truth_signals(truth) if isinstance(truth, str | Path) else Signals.of(truth)
     if known is None:
@@ -59,7 +58,7 @@ def known_position(
     return left
 
 
-def truth_in(log: object, channel_map: ChannelMap | str | Path | None) -> xarray.Dataset | None:
+def truth_in(log: object, channel_map: ChannelMap | str | Path | None) -> Signals | None:
     """The true position that a log holds itself, where its map names one under `measured`.
 
     Args:
@@ -75,9 +74,10 @@ def truth_in(log: object, channel_map: ChannelMap | str | Path | None) -> xarray
     known = known_map(channel_map)
     if not isinstance(log, str | Path) or known is None or POSITION.name not in known.measured:
         return None
-    measured = read_measured(log, known)
-    found = measured[[POSITION.name]].isel(time=np.flatnonzero(np.isfinite(measured[POSITION.name].values)))
-    if not found.sizes["time"]:
+    measured = measured_signals(log, known)
+    columns = {name: measured[name] for name in (TIME, POSITION.name)}
+    found = Signals(columns).rows(np.isfinite(measured[POSITION.name].values))
+    if not len(found):
         raise LogError(f"has no number of {known.measured[POSITION.name].channel}", file=str(log))
     return found
 

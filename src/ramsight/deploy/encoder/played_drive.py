@@ -6,13 +6,10 @@ import math
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from ramsight.deploy.encoder.frame import Frame
+from ramsight.signals import Samples
 from ramsight.units import FREEZING, RPM
-
-if TYPE_CHECKING:
-    import xarray
 
 _WARM_EVERY = 50  # samples; a thermometer on the bus reports once a second
 _ALIVE_EVERY = 5
@@ -39,7 +36,7 @@ class PlayedDrive:
         2.02 185#DC0500009307
     """
 
-    log: xarray.Dataset
+    log: Samples
     node: int
     rated_torque: float
     warm_node: int | None = None

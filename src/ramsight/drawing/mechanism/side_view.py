@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ramsight.drawing.mechanism.bodies import Array, Shapes, shapes
 from ramsight.drawing.mechanism.bucket import rock
 from ramsight.drawing.mechanism.scenery import Scenery, heap_radius
+from ramsight.optional import needing
 from ramsight.output import atomic_path
 from ramsight.plant.linkage import joints, tip
 from ramsight.plant.linked import LinkedMachine
@@ -38,7 +39,8 @@ def mechanism_figure(
         at: cylinder positions [m] of the pose that is drawn fully; by default the middles of the strokes.
         ghosts: of the poses that are drawn faintly; by default the first cylinder's ends, the others as in `at`.
     """
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        from matplotlib.figure import Figure
 
     strokes = np.array([unit.cylinder.stroke for unit in machine.units])
     main = 0.5 * strokes if at is None else np.asarray(at, dtype=np.float64)
@@ -91,7 +93,8 @@ def draw_shapes(axes: Axes, seen: Shapes, strength: float = 1.0, *, ghost: bool 
 
 def draw_scenery(axes: Axes, around: Scenery) -> None:
     """Draw chassis, wheels and ground into axes of equal scales, behind all else."""
-    from matplotlib.patches import Circle
+    with needing("figures"):
+        from matplotlib.patches import Circle
 
     axes.fill(*around.chassis.T, facecolor=_STEEL, edgecolor=_INK, lw=1.0, zorder=0)
     for wheel in around.wheels:
@@ -106,7 +109,8 @@ def draw_ground(axes: Axes) -> None:
 
 def draw_rock(axes: Axes, seen: Shapes, payload: float) -> None:
     """Draw a payload [kg] by its volume: in the bucket, or as a round heap where it acts."""
-    from matplotlib.patches import Circle
+    with needing("figures"):
+        from matplotlib.patches import Circle
 
     if payload > 0.0 and seen.bucket is not None:
         axes.fill(*rock(seen.bucket, payload).T, facecolor=ROCK, alpha=0.75, zorder=1)

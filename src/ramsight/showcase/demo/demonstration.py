@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from ramsight.api.tracking import track
-from ramsight.logs import read_log, read_truth
+from ramsight.api.tracking import follow
+from ramsight.logs.truth import truth_signals
 from ramsight.plant.build import build
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.thresholds import START_STD
 from ramsight.showcase.demo import LOG, MACHINE, TRUTH, UNIT
 from ramsight.showcase.demo.showing import Shown
+from ramsight.signals import Signals
+from ramsight.tracking.compared_track import with_error
 
 
 def demonstrated(progress: bool = False) -> Shown:
@@ -15,8 +19,18 @@ def demonstrated(progress: bool = False) -> Shown:
     Args:
         progress: show a bar on a terminal if it takes long.
     """
-    unit, log, truth = build(MACHINE, UNIT), read_log(LOG), read_truth(TRUTH)
-    start = float(truth["position"][0])
-    sensor = track(unit, log, truth=truth, progress=progress)
-    sheet = track(unit, log, start, truth, sensor="balance", progress=progress)
+    unit, truth = build(MACHINE, UNIT), truth_signals(TRUTH)
+    sensor = _track(unit, truth, "kalman", None, progress=progress)
+    sheet = _track(unit, truth, "balance", float(truth["position"].values[0]), progress=progress)
     return Shown(sensor, sheet, truth, unit.cylinder.stroke)
+
+
+def _track(unit: HydraulicUnit, truth: Signals, kind: str, start: float | None, *, progress: bool) -> Signals:
+    """The log with a sensor's track and its error."""
+    done = follow(
+        unit, LOG, sensor=kind, start=start, start_std=START_STD, keep_track=True, keep_log=True, all_of_it=True,
+        progress=progress,
+    )  # fmt: skip
+    assert done.track is not None
+    assert done.log is not None
+    return with_error(Signals({**done.log.columns, **done.track.columns}, done.track.attrs), truth)

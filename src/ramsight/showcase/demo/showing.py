@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.normal import TWO_SIDED_95
+from ramsight.optional import needing
 from ramsight.showcase.demo import AS_BUILT
+from ramsight.signals import Signals
 from ramsight.tracking.figures import (
     ERROR,
     ESTIMATE,
@@ -24,7 +26,6 @@ from ramsight.tracking.figures import (
 from ramsight.tracking.position_errors import stop_visits
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.figure import Figure
 
 _TAUGHT = 3  # visits to an end stop after which the sensor is judged
@@ -44,9 +45,9 @@ class Shown:
         stroke: of the cylinder [m].
     """
 
-    sensor: xarray.Dataset
-    sheet: xarray.Dataset
-    truth: xarray.Dataset
+    sensor: Signals
+    sheet: Signals
+    truth: Signals
     stroke: float
 
     @property
@@ -55,7 +56,7 @@ class Shown:
         visits = stop_visits(self.truth["time"].values, self.truth["position"].values, self.stroke)
         return float(visits[_TAUGHT - 1]) + _SETTLES
 
-    def within(self, track: xarray.Dataset) -> float:
+    def within(self, track: Signals) -> float:
         """What 95 % of a track's errors are within after the third visit [m]."""
         later = np.abs(track["error"].values[track["time"].values > self.taught])
         return float(np.nanpercentile(later, 95.0))
@@ -66,8 +67,8 @@ class Shown:
         found = np.isfinite(self.sensor["position"].values)
         when = float(self.sensor["time"].values[np.argmax(found)])
         factors = [
-            f"{words} {float(self.sensor[f'{name}_factor'][-1]):.3f} ± "
-            f"{TWO_SIDED_95 * float(self.sensor[f'{name}_factor_std'][-1]):.3f} (it is {AS_BUILT[name]:g})"
+            f"{words} {float(self.sensor[f'{name}_factor'].values[-1]):.3f} ± "
+            f"{TWO_SIDED_95 * float(self.sensor[f'{name}_factor_std'].values[-1]):.3f} (it is {AS_BUILT[name]:g})"
             for name, words in _LEARNED
         ]
         return "\n".join(
@@ -84,7 +85,8 @@ class Shown:
 
 def write_figure(shown: Shown, path: Path) -> None:
     """Draw what is shown: .png, .svg or .pdf."""
-    import matplotlib as mpl
+    with needing("figures"):
+        import matplotlib as mpl
 
     with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         save(draw(shown), path)
@@ -92,17 +94,20 @@ def write_figure(shown: Shown, path: Path) -> None:
 
 def draw(shown: Shown) -> Figure:
     """The picture: positions, errors of both, the sensor's band, what it learned, what the drive reported."""
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 11.0), layout="constrained")
     axes = figure.subplots(8, 1, sharex=True, height_ratios=[2.2, 1.4, 1.1, 1.0, 1.0, 0.7, 0.7, 0.6])
     sensor, sheet, time = shown.sensor, shown.sheet, shown.sensor["time"].values
-    axes[0].plot(shown.truth["time"], 1e3 * shown.truth["position"], color=TRUTH, lw=2.4, label="true position")
-    axes[0].plot(time, 1e3 * sheet["position"], color=_SHEET, lw=1.0, label="data sheet alone, known start")
-    axes[0].plot(time, 1e3 * sensor["position"], color=ESTIMATE, lw=1.1, label="sensor, unknown start")
+    axes[0].plot(
+        shown.truth["time"].values, 1e3 * shown.truth["position"].values, color=TRUTH, lw=2.4, label="true position"
+    )
+    axes[0].plot(time, 1e3 * sheet["position"].values, color=_SHEET, lw=1.0, label="data sheet alone, known start")
+    axes[0].plot(time, 1e3 * sensor["position"].values, color=ESTIMATE, lw=1.1, label="sensor, unknown start")
     axes[0].set_ylabel("position\n[mm]")
-    axes[1].plot(time, 1e3 * sheet["error"], color=_SHEET, lw=1.0)
-    axes[1].plot(time, 1e3 * sensor["error"], color=ERROR, lw=1.2)
+    axes[1].plot(time, 1e3 * sheet["error"].values, color=_SHEET, lw=1.0)
+    axes[1].plot(time, 1e3 * sensor["error"].values, color=ERROR, lw=1.2)
     axes[1].axhline(0.0, color=TRUTH, lw=0.6)
     axes[1].set_ylabel("errors\n[mm]")
     draw_band(axes[2], time, TWO_SIDED_95 * 1e3 * sensor["position_std"].values, 1e3 * sensor["error"].values)
@@ -117,7 +122,7 @@ def draw(shown: Shown) -> Figure:
     return figure
 
 
-def _learned(axes: Any, sensor: xarray.Dataset, name: str, words: str) -> None:
+def _learned(axes: Any, sensor: Signals, name: str, words: str) -> None:
     """Draw a factor over time with its 95 % band, and what it is in truth."""
     time, value = sensor["time"].values, sensor[f"{name}_factor"].values
     half = TWO_SIDED_95 * sensor[f"{name}_factor_std"].values

@@ -20,6 +20,7 @@ from ramsight.drawing.mechanism.bodies import Shapes, shapes
 from ramsight.drawing.mechanism.bucket import rock
 from ramsight.drawing.mechanism.scenery import heap_radius, scenery
 from ramsight.drawing.mechanism.side_view import COLOURS, draw_ground, draw_rock, draw_scenery, draw_shapes
+from ramsight.optional import needing
 from ramsight.output import atomic_path, write_text
 from ramsight.plant.linked import LinkedMachine
 from ramsight.signals import Signals
@@ -230,8 +231,9 @@ def _write_gif(
     title: str,
     advance: Callable[[float], object],
 ) -> None:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
     from PIL import Image
 
     x0, x1, z0, z1 = bounds(machine, seen)

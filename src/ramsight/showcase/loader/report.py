@@ -11,6 +11,7 @@ import numpy as np
 
 from ramsight._version import __version__
 from ramsight.normal import TWO_SIDED_95
+from ramsight.optional import needing
 from ramsight.output import whole_folder
 from ramsight.sensor.status import Status
 from ramsight.showcase.loader.animation import write_animation
@@ -54,8 +55,9 @@ def control_figure(work: Work, path: Path, title: str = "") -> None:
         path: .png, .svg or .pdf.
         title: above it.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
+    with needing("figures"):
+        import matplotlib as mpl
+        from matplotlib.figure import Figure
 
     with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         figure = Figure(figsize=(11.0, 8.0), layout="constrained")

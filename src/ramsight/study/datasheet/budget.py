@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import DescriptionError
+from ramsight.optional import needing
 from ramsight.study.datasheet.linear import Linear, linear_budget, nominal_run
 from ramsight.study.datasheet.measuring import SETTLED, TAUGHT
 from ramsight.study.datasheet.run_tasks import run
@@ -66,7 +67,8 @@ class Budget:
 
     def dataset(self) -> xarray.Dataset:
         """All of it over `quantity`: shares [1], and effects of one standard deviation [m]."""
-        import xarray
+        with needing("study"):
+            import xarray
 
         shares = {"linear_share": self.linear.shares}
         if (found := self.indices) is not None:

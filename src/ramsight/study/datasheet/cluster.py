@@ -42,7 +42,7 @@ def cluster(address: str, workers: int | None = None) -> Iterator[Any]:
         workers: how many local ones; by default one for each core that this process may use.
 
     Raises:
-        NeedsPackageError: Dask distributed is not installed.
+        MissingPackageError: Dask distributed is not installed.
         ClusterError: there is no scheduler at the address.
     """
     distributed = needs("distributed", "cluster")

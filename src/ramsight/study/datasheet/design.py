@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ramsight.errors import DescriptionError
 from ramsight.machine.spread import Spread
+from ramsight.optional import needing
 from ramsight.study.datasheet.quantities import Varied
 
 Array = NDArray[np.float64]
@@ -36,7 +37,8 @@ def points(method: str, count: int, dimensions: int, seed: int, first: int = 0) 
         >>> bool((both[4:] == points("sobol", 4, 3, seed=1, first=4)).all())
         True
     """
-    from scipy.stats import qmc
+    with needing("study"):
+        from scipy.stats import qmc
 
     if dimensions == 0:
         return np.zeros((count, 0))
@@ -95,7 +97,8 @@ def values_at(cube: Array, quantities: Sequence[Varied], correlation: Array | No
         correlation: of `correlation_of`.
     """
     if correlation is not None:
-        from scipy.special import ndtr, ndtri
+        with needing("study"):
+            from scipy.special import ndtr, ndtri
 
         normal = ndtri(np.clip(cube, _INSIDE, 1.0 - _INSIDE)) @ np.linalg.cholesky(correlation).T
         cube = ndtr(normal)
@@ -120,7 +123,8 @@ def value_at(share: Array, spread: Spread) -> Array:
 
 
 def _share_below(value: Array, spread: Spread) -> Array:
-    from scipy.special import ndtr
+    with needing("study"):
+        from scipy.special import ndtr
 
     if spread.distribution == "triangular":
         x = np.clip((value - spread.centre) / spread.half, -1.0, 1.0)
@@ -131,7 +135,8 @@ def _share_below(value: Array, spread: Spread) -> Array:
 
 
 def _inverse(share: Array, spread: Spread) -> Array:
-    from scipy.special import ndtri
+    with needing("study"):
+        from scipy.special import ndtri
 
     if spread.distribution == "triangular":
         x = np.where(share < 0.5, np.sqrt(2.0 * share) - 1.0, 1.0 - np.sqrt(2.0 * (1.0 - share)))

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ramsight.errors import RamsightError
+from ramsight.errors import MissingPackageError
 from ramsight.optional import imported
-
-
-class NeedsPackageError(RamsightError):
-    """A package that is not installed."""
 
 
 def needs(package: str, extra: str) -> Any:
@@ -20,10 +16,10 @@ def needs(package: str, extra: str) -> Any:
         extra: the extra of ramsight that installs it.
 
     Raises:
-        NeedsPackageError: it is not installed; the text states how to.
+        MissingPackageError: it is not installed; the text states how to.
 
     Example:
         >>> needs("math", "study").pi > 3.0
         True
     """
-    return imported(package, extra, lambda text: NeedsPackageError(f"a study {text}"))
+    return imported(package, extra, lambda text: MissingPackageError(f"a study {text}"))

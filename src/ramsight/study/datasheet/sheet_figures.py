@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ramsight.optional import needing
 from ramsight.study.datasheet.budget import Budget
 from ramsight.study.datasheet.measuring import EDGES, GROUPS, PLACES, TAUGHT
 from ramsight.tracking.figures import ERROR, ESTIMATE, STYLE, TRUTH, UNCERTAIN
@@ -25,7 +26,8 @@ def figures(found: xarray.Dataset, budget: Budget | None) -> dict[str, tuple[Fig
         found: what is kept of the machines.
         budget: the error budget, or None.
     """
-    import matplotlib as mpl
+    with needing("study"):
+        import matplotlib as mpl
 
     done = found.isel(machine=np.flatnonzero(found["outcome"].values == 0))
     with mpl.rc_context(STYLE):  # type: ignore[arg-type]
@@ -66,7 +68,8 @@ def figures(found: xarray.Dataset, budget: Budget | None) -> dict[str, tuple[Fig
 
 
 def _axes(width: float = 7.2, height: float = 3.2) -> tuple[Figure, Any]:
-    from matplotlib.figure import Figure
+    with needing("study"):
+        from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
     return figure, figure.subplots()

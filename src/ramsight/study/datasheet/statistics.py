@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.optional import needing
+
 Array = NDArray[np.float64]
 
 _RESAMPLED = 400  # times, of the machines, for the interval of a quantile of errors
@@ -95,7 +97,8 @@ def quantile_of_machines(values: Array, share: float) -> Known:
         >>> quantile_of_machines(np.arange(1.0, 101.0), 0.5)
         Known(value=50.5, low=40.0, high=61.0)
     """
-    from scipy.stats import binom
+    with needing("study"):
+        from scipy.stats import binom
 
     held = np.sort(values[np.isfinite(values)])
     n = len(held)
@@ -114,7 +117,8 @@ def share_of(count: int, total: int) -> Known:
         >>> round(share_of(0, 100).high, 3)
         0.036
     """
-    from scipy.stats import beta
+    with needing("study"):
+        from scipy.stats import beta
 
     if total == 0:
         return NOTHING
@@ -128,7 +132,8 @@ def slope_of(x: Array, y: Array) -> Known:
     held = np.isfinite(x) & np.isfinite(y)
     if held.sum() < 3 or np.ptp(x[held]) == 0.0:
         return NOTHING
-    from scipy.stats import linregress, t
+    with needing("study"):
+        from scipy.stats import linregress, t
 
     line = linregress(x[held], y[held])
     half = float(t.ppf(1.0 - _TAIL, held.sum() - 2) * line.stderr)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import OutputError, RamsightError
+from ramsight.optional import needing
 from ramsight.output.atomic import one_line
 from ramsight.study.datasheet.measuring import AGE, AGES, COUNTS, EDGES, GROUPS, PLACES, SHAPES, UNITS
 from ramsight.study.datasheet.needs import needs
@@ -171,7 +172,8 @@ class Store:
 
     def dataset(self, count: int) -> xarray.Dataset:
         """What is there of the first machines, those that are done, over `machine`."""
-        import xarray
+        with needing("study"):
+            import xarray
 
         with _read(self.path):
             done = np.flatnonzero(self.done[:count])
