@@ -143,6 +143,14 @@ def test_no_source_takes_digits_of_other_scripts():
             assert len(re.findall(r"\.isdigit\(\)|\.isnumeric\(\)", text)) <= text.count(".isascii()"), file
 
 
+def test_a_header_of_control_characters_is_named_in_one_printable_line(tmp_path):
+    (tmp_path / "log.csv").write_text("\x1f".join(FIELDS) + "\n" + "\x1f".join("1234") + "\n")
+    with pytest.raises(RamsightError) as caught:
+        read(tmp_path / "log.csv")
+    assert str(caught.value).isprintable()
+    assert r"time_s\x1fmotor_speed_rpm" in str(caught.value)
+
+
 @pytest.mark.parametrize("times", [["0", "0.02", "-3590", "-3589.98"], ["0", "0.02", "", "0.06"], ["", "", "", ""]])
 def test_odd_times_have_a_duration(tmp_path, times):
     rows = "".join(f"{time},10,2,40\n" for time in times)
