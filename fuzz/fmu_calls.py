@@ -39,10 +39,11 @@ class Called:
         places: value references, by name.
         kind: what it models.
         fmi: its version.
+        outputs: that are looked at.
         phase: in which it has to be.
         time: that it has reached [s].
         given: the newest value of each input and parameter that was set.
-        has_number: by name, whether it is a real.
+        is_usual: whether all that was set so far is what a machine has; what came of the rest stays in a plant's state.
     """
 
     fmu: Any
@@ -53,6 +54,7 @@ class Called:
     phase: int = INSTANTIATED
     time: float = 0.0
     given: dict[str, float] = field(default_factory=dict)
+    is_usual: bool = True
 
     def put(self, name: str, value: float) -> None:
         """Set a variable."""
@@ -61,6 +63,7 @@ class Called:
         else:
             (self.fmu.setReal if self.fmi == 2 else self.fmu.setFloat64)([self.places[name]], [value])
         self.given[name] = value
+        self.is_usual = self.is_usual and value == _USUAL[name]
 
     def get(self) -> dict[str, float]:
         """All outputs."""
@@ -75,11 +78,6 @@ class Called:
             self.fmu.enterInitializationMode()
         else:
             self.fmu.enterInitializationMode(startTime=start)
-
-    @property
-    def is_usual(self) -> bool:
-        """Whether all that was set is what a machine has."""
-        return all(value == _USUAL[name] for name, value in self.given.items())
 
     @property
     def starts(self) -> bool | None:
@@ -220,7 +218,7 @@ def _wrong_now(one: Called) -> str:
 def _check(prepared: list[Called], rng: Rng, _: Path) -> tuple[str, str]:
     one = prepared[int(rng.integers(len(prepared)))]
     one.fmu.reset()
-    one.phase, one.time, one.given, refused = INSTANTIATED, 0.0, {}, 0
+    one.phase, one.time, one.given, one.is_usual, refused = INSTANTIATED, 0.0, {}, True, 0
     for _ in range(_CALLS):
         kind = _KINDS[int(rng.integers(len(_KINDS)))]
         may, did = kind(one, rng)

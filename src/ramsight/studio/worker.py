@@ -147,7 +147,7 @@ class _Clock:
                 case "scenario":
                     self._begin(values[0])
                 case "knobs":
-                    self.rig.turn(replace(self.rig.knobs, **values[0]))
+                    self._turn(values[0])
                 case "fault":
                     self.rig.fault(values[0], on=values[1])
                 case "refer":
@@ -175,6 +175,13 @@ class _Clock:
         if value != 0.0 and self.rig.duty is not None:
             self._play(None)
         self.rig.levers[unit] = min(max(value, -1.0), 1.0)
+
+    def _turn(self, knobs: dict[str, float]) -> None:
+        """Turn knobs; what the machine cannot have is said, and it stays as it was."""
+        try:
+            self.rig.turn(replace(self.rig.knobs, **knobs))
+        except RamsightError as error:
+            self.pipe.send(("refused", str(error)))
 
     def _play(self, duty: str | None) -> None:
         """Play a duty cycle, or nothing; a scenario that has not ended does so without its words to the end."""
@@ -248,6 +255,7 @@ class _Clock:
         frame.begun, frame.telling = self.restarts, None if self.story is None else self.story.telling
         frame.settings = {"knobs": asdict(self.rig.knobs), "faults": sorted(self.rig.faults), "duty": self.rig.duty}
         frame.settings |= {"speed": self.factor, "sensors": list(self.rig.sensors[first])}
+        frame.settings |= {"holds_oil": self.rig.holds_oil}
         self.rows = []
         return frame
 
