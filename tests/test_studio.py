@@ -945,6 +945,23 @@ def test_a_session_runs_in_a_process_of_its_own_and_ends_with_it():
 
 
 @pytest.mark.slow
+def test_marks_of_frames_that_a_slow_page_drops_come_with_the_next_ones():
+    session = Session("press")
+    try:
+        wait(lambda: session.about is not None or session.ended)
+        for _ in range(3):
+            for on in (True, False):
+                dropped = session.dropped
+                session.say("fault", "torque", on)
+                wait(lambda then=dropped: session.dropped > then + 3)  # nobody takes a frame meanwhile
+        frames = session.frames()
+        assert len(frames) <= 4
+        assert [words for frame in frames for _, words in frame.marks] == [FAULTS["torque"], "torque frozen: over"] * 3
+    finally:
+        session.close()
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1, 0])
 def test_a_process_that_stands_is_told_within_three_seconds_and_blocks_nobody(factor):
     session = Session("press")

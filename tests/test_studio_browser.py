@@ -260,6 +260,26 @@ def test_keys_are_levers_as_long_as_they_are_down_and_time_goes_as_fast_as_life(
     page.keyboard.up("ArrowRight")
 
 
+def test_every_slider_has_words_a_unit_and_its_value_and_home_and_end_take_it_to_its_ends(page):
+    page.locator(".space .nicegui-scene").wait_for(timeout=READY)
+    sliders = page.get_by_role("slider")
+    names = [one.get_attribute("aria-label") for one in sliders.all()]
+    assert len(names) == len(set(names)) >= 16
+    for name in names:
+        assert re.fullmatch(r".+ \[.+\]", name), name
+        slider = page.get_by_role("slider", name=name, exact=True)
+        words = page.get_by_text(name, exact=True)
+        value = words.locator("xpath=following-sibling::*[1]")
+        if slider.get_attribute("aria-disabled") == "true":
+            continue
+        for key, end in (("Home", "aria-valuemin"), ("End", "aria-valuemax"), ("Home", "aria-valuemin")):
+            slider.focus()
+            page.keyboard.press(key)
+            wanted = slider.get_attribute(end)
+            wait(page, lambda s=slider, w=wanted: s.get_attribute("aria-valuenow") == w, 10.0)
+            wait(page, lambda v=value, w=wanted: float(v.inner_text()) == float(w), 10.0)
+
+
 def test_a_fault_changes_the_status_and_goes_again(page):
     page.get_by_role("switch", name="temperature lost").click()
     status = page.locator("#status-boom-kalman")
@@ -715,6 +735,8 @@ def test_a_part_of_the_circuit_opens_its_values_by_mouse_and_by_keys(page):
     assert page.locator("[data-group='units.boom.relief_valve']").evaluate("(e) => e.open")
     assert page.locator("[data-path='units.boom.relief_valve.setting'] input").first.is_visible()
     assert page.evaluate("document.activeElement.textContent") == "units.boom.relief_valve"
+    page.get_by_role("button", name="back to the circuit").click()
+    assert page.evaluate("document.activeElement.dataset.section") == "units.boom.relief_valve"
     picture(page, "studio-menu.png")
     pump = page.get_by_role("button", name="pump_b, pump: to its values").nth(1)
     pump.focus()

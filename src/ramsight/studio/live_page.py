@@ -251,7 +251,7 @@ def _joined(frames: list[Frame]) -> Frame:
     """Several frames as one: all their rows since the machine began again last, and the newest of the rest."""
     last = frames[-1]
     frames = [frame for frame in frames if frame.begun == last.begun]
-    last.marks = [mark for frame in frames for mark in frame.marks]
+    last.marks = sorted(mark for frame in frames for mark in frame.marks)
     last.energy = next((frame.energy for frame in reversed(frames) if frame.energy), {})
     for name in last.columns:
         parts = [frame.columns[name] for frame in frames]

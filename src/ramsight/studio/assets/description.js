@@ -57,7 +57,9 @@
     document.getElementById("machine-follows")?.classList.toggle("old", Object.keys(wrong).length > 0);
   };
 
-  // A part of the circuit leads to the group that describes it, whatever the search leaves of the form.
+  // A part of the circuit leads to the group that describes it, whatever the search leaves of the form; a button there
+  // leads back.
+  const back = Object.assign(document.createElement("button"), { type: "button", className: "small back", textContent: "back to the circuit" });
   const part = (event) => event.target.closest?.("#machine-circuit [data-section]");
   function lead(to) {
     const group = document.querySelector(`#machine-form details[data-group="${CSS.escape(to.dataset.section)}"]`);
@@ -68,7 +70,9 @@
     to.classList.add("led");
     group.open = true;
     group.scrollIntoView({ block: "center" });
+    group.querySelector("summary").after(back);
     group.querySelector("summary").focus({ preventScroll: true });
+    back.onclick = () => { to.scrollIntoView({ block: "center" }); to.focus({ preventScroll: true }); };
   }
   document.addEventListener("click", (event) => { if (part(event)) lead(part(event)); });
   document.addEventListener("keydown", (event) => {
