@@ -24,7 +24,7 @@ from ramsight.studio.strips_panel import strips_panel
 from ramsight.studio.worker import Frame
 
 _STANDS = f"the machine's process has said nothing for {STANDS:g} s: what is shown is old"
-_PAUSE = 0.03  # s between two looks at what has come
+_PAUSE = 0.01  # s between two looks at what has come
 _BEGINS = 30.0  # s that a page may take to begin, and then to lay out the machine in space
 _ANSWERS = 5.0  # s that a page may take for a frame
 _SCENE = 3  # every how many frames the machine in space is moved

@@ -28,7 +28,7 @@ from ramsight.studio.scenarios import SCENARIOS
 from ramsight.studio.storyteller import Storyteller
 from ramsight.units import FREEZING, RPM
 
-_FRAME = 0.04  # s, from one frame to the next
+_FRAME = 1.0 / 30.0  # s, from one frame to the next
 _ALIVE = 0.5  # s, after which a machine that has no frame says that it is there
 _SMOOTH = 0.1  # share of a frame in how fast the machine is said to run
 _ROWS = 8  # of a frame, at most: of a faster machine only every nth sample is sent
@@ -107,7 +107,7 @@ class _Clock:
         self.rig, self.pipe, self.described, self.factor = rig, pipe, described, 1.0
         self.begun, self.steps, self.sent, self.accounted = time.perf_counter(), 0, 0.0, 0.0
         self.rows: list[dict[str, Row]] = []
-        self.ran, self.restarts, self.spoke = 0.0, 0, 0.0
+        self.ran, self.restarts, self.spoke, self.due = 0.0, 0, 0.0, 0.0
         self.story: Storyteller | None = None
 
     def go_on(self) -> None:
@@ -126,9 +126,9 @@ class _Clock:
                     self.story.look(self.rows[-1])
                 if time.perf_counter() > until:
                     break
-            if self.rows and now - self.sent >= _FRAME:
+            if self.rows and now >= self.due:
                 self.pipe.send(("frame", self._frame(now)))
-                self.sent = now
+                self.sent, self.due = now, max(self.due + _FRAME, now)  # as often as said, whatever a turn takes
             elif now - max(self.sent, self.spoke) >= _ALIVE:
                 self.pipe.send(("alive", None))
                 self.spoke = now
