@@ -188,6 +188,10 @@ def table(found: dict[str, Any]) -> list[str]:
         ("the machine's process, then and now", ", ".join(machines)),
         (f"{many['number']} visitors at once, all machines moving: time over life", shares),
         ("of their machines' processes still there", f"{many['alive']}"),
+        (
+            f"load of the computer's {found['cores']} cores, with one visitor and with several",
+            f"{found['load']:.0f}, {many['load']:.0f}",
+        ),
     ]
     return ["| | |", "|---|---|", *(f"| {what} | {figure} |" for what, figure in rows)]
 
