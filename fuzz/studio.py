@@ -93,7 +93,7 @@ def judged(prepared: Prepared, visits: Callable[[], Counter[str]]) -> Found:
     wrong += ["more machines than visitors"] * (watched.most > LIMIT) + ["machines are left"] * (left > 0)
     wrong += ["others waited"] * (watched.waited > WAITED) + ["memory"] * (memory > GROWN[0])
     wrong += ["descriptors"] * (descriptors > GROWN[1]) + ["a traceback"] * ("Traceback" in studio.said())
-    return (WRONG if wrong else found), f"{', '.join(wrong)}: {said}"
+    return (WRONG if wrong else found), f"{', '.join(wrong)}: {said}" if wrong else said
 
 
 def frames(prepared: Prepared, count: int) -> Counter[str]:
