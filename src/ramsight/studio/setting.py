@@ -65,7 +65,7 @@ class Setting:
         return found | {"speed": self.speed, "holds_oil": self.holds_oil}
 
     def commands(self) -> Iterator[tuple[Any, ...]]:
-        """What a machine that begins is told, beside the scenario."""
+        """Commands for a machine that begins, beside the scenario."""
         if self.knobs:
             yield "knobs", dict(self.knobs)
         for kind in KINDS:
