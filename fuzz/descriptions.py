@@ -137,10 +137,10 @@ def _hostile(texts: list[str], rng: Rng, folder: Path) -> tuple[str, str]:
         return WRONG, f"{lasted:.1f} s, {most} MiB: {text[:60]!r}"
     if len(said) > MISTAKES + 1 or any(len(one) > _LINE or not one.isprintable() for one in said):
         return WRONG, f"{len(said)} lines of up to {max(map(len, said))} letters: {text[:60]!r}"
-    return outcome, said[0]
+    return outcome, f"{most} MiB at most so far"
 
 
 SECTIONS = [
     Section("description", CASES, _prepare, _check),
-    Section("hostile description", CASES, _prepare, _hostile),
+    Section("hostile description", CASES, _prepare, _hostile, tells=True),
 ]

@@ -44,6 +44,7 @@ class Section:
         check: tries one: what was prepared, its random numbers and a folder; says the outcome and what to tell of it.
             A case that tries many things, one after the other, says how many had which outcome.
         patience: seconds after which a case hangs.
+        tells: whether what is told of its last cases is kept: they measure something.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Section:
     prepare: Callable[[Path], Any]
     check: Check
     patience: float = PATIENCE
+    tells: bool = False
 
 
 @dataclass
@@ -59,6 +61,7 @@ class Tally:
 
     counts: Counter[str] = field(default_factory=Counter)
     examples: list[str] = field(default_factory=list)
+    told: list[str] = field(default_factory=list)
     slowest: float = 0.0
     seconds: float = 0.0
 
@@ -67,15 +70,17 @@ class Tally:
         found = Counter([outcome]) if isinstance(outcome, str) else outcome
         self.counts += found
         self.slowest = max(self.slowest, seconds)
+        self.told = [*self.told[1 - _EXAMPLES :], detail]
         bad = [one for one in (WRONG, CRASHED, HUNG) if found[one]]
         if bad and len(self.examples) < _EXAMPLES:
             self.examples.append(f"case {case}: {bad[0]}: {detail}")
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self, *, tells: bool = False) -> dict[str, Any]:
         """For fuzz.json."""
         counts = {outcome: self.counts[outcome] for outcome in OUTCOMES}
         timing = {"slowest_s": round(self.slowest, 3), "seconds": round(self.seconds, 1)}
-        return {"tried": sum(self.counts.values()), **counts, **timing, "examples": self.examples}
+        told = {"told": self.told} if tells else {}
+        return {"tried": sum(self.counts.values()), **counts, **timing, "examples": self.examples, **told}
 
 
 def run(section: Section, seed: int, cases: int) -> Tally:

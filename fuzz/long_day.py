@@ -74,7 +74,7 @@ def main() -> None:
     print(_check(prepare(Path()), np.random.default_rng(1), Path()))
 
 
-SECTIONS: list[Any] = [Section("24 h without a restart", 1, prepare, _check, 3600.0)]
+SECTIONS: list[Any] = [Section("24 h without a restart", 1, prepare, _check, 3600.0, tells=True)]
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,4 @@
-"""Writes the table of docs/reference/fuzzing.md from fuzz.json, between its marks: python fuzz/page.py."""
+"""Writes the tables of docs/reference/fuzzing.md from fuzz.json, between their marks: python fuzz/page.py."""
 
 from __future__ import annotations
 
@@ -22,12 +22,20 @@ def table(found: dict[str, Any]) -> list[str]:
     return rows
 
 
+def measured(found: dict[str, Any]) -> list[str]:
+    """A row a section that measures something: what was told of its last case."""
+    told = {name: one["told"][-1] for name, one in found["sections"].items() if one.get("told")}
+    return ["| | of the last case |", "|---|---|", *(f"| {name} | {words} |" for name, words in told.items())]
+
+
 def main() -> None:
-    """Put the table between its marks."""
-    text = "\n".join(table(json.loads((ROOT / "fuzz.json").read_text())))
-    page = PAGE.read_text(encoding="utf-8")
-    marked = re.compile(r"(<!-- fuzz -->\n).*?(<!-- end of fuzz -->)", flags=re.DOTALL)
-    PAGE.write_text(marked.sub(lambda match: f"{match[1]}\n{text}\n\n{match[2]}", page), encoding="utf-8")
+    """Put the tables between their marks."""
+    found, page = json.loads((ROOT / "fuzz.json").read_text()), PAGE.read_text(encoding="utf-8")
+    for name, rows in (("fuzz", table(found)), ("measured", measured(found))):
+        text = "\n".join(rows)
+        marked = re.compile(f"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", flags=re.DOTALL)
+        page = marked.sub(lambda match, text=text: f"{match[1]}\n{text}\n\n{match[2]}", page)
+    PAGE.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -17,17 +17,20 @@ from harness import CRASHED, HUNG, WRONG, Section, run
 MODULES = [
     "logs",
     "programs",
+    "odd_inputs",
     "maps",
     "descriptions",
     "outputs",
     "states",
     "twins",
     "exported",
+    "fmu_calls",
     "encoder",
     "second_node",
     "stale",
     "growing",
     "long_day",
+    "many_rows",
     "network",
     "restarts",
     "studio",
@@ -52,9 +55,15 @@ def main() -> int:
         if options.section and not any(section.name.startswith(start) for start in options.section):
             continue
         tally = run(section, options.seed, max(int(section.cases * options.scale), 1))
-        results[section.name] = tally.as_json()
+        results[section.name] = tally.as_json(tells=section.tells)
         bad += sum(tally.counts[outcome] for outcome in (CRASHED, HUNG, WRONG))
-        print(f"{section.name}: {dict(tally.counts)}, {tally.seconds:.0f} s", *tally.examples, sep="\n  ", flush=True)
+        print(
+            f"{section.name}: {dict(tally.counts)}, {tally.seconds:.0f} s",
+            *tally.examples,
+            *tally.told[-1:] * section.tells,
+            sep="\n  ",
+            flush=True,
+        )
         options.out.write_text(json.dumps(found, indent=1) + "\n")
     return 1 if bad else 0
 

@@ -93,7 +93,7 @@ def judged(prepared: Prepared, visits: Callable[[], Counter[str]]) -> Found:
     wrong += ["more machines than visitors"] * (watched.most > LIMIT) + ["machines are left"] * (left > 0)
     wrong += ["others waited"] * (watched.waited > WAITED) + ["memory"] * (memory > GROWN[0])
     wrong += ["descriptors"] * (descriptors > GROWN[1]) + ["a traceback"] * ("Traceback" in studio.said())
-    return (WRONG if wrong else found), f"{', '.join(wrong)}: {said}"
+    return (WRONG if wrong else found), f"{', '.join(wrong)}: {said}" if wrong else said
 
 
 def frames(prepared: Prepared, count: int) -> Counter[str]:
@@ -208,9 +208,9 @@ def _kept(prepared: Prepared) -> str:
 
 _HAS_STUDIO = importlib.util.find_spec("nicegui") is not None
 SECTIONS = [
-    Section("studio: frames of another site", 5, prepare, _frames, 300.0),
-    Section("studio: visitors who vanish", 10, prepare, _vanishing, 300.0),
-    Section("studio: 200 visitors at a time", 1, prepare, _crowd, 300.0),
+    Section("studio: frames of another site", 5, prepare, _frames, 300.0, tells=True),
+    Section("studio: visitors who vanish", 10, prepare, _vanishing, 300.0, tells=True),
+    Section("studio: 200 visitors at a time", 1, prepare, _crowd, 300.0, tells=True),
 ] if _HAS_STUDIO else []  # fmt: skip
 
 if __name__ == "__main__":

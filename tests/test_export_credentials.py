@@ -4,6 +4,7 @@ import hashlib
 import json
 import xml.etree.ElementTree as ElementTree
 import zipfile
+from dataclasses import replace
 
 import pytest
 
@@ -11,6 +12,7 @@ from ramsight import machine
 from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.credentials import DESCRIPTION, Export, card, credentials
 from ramsight.deploy.fmu import write_fmu
+from ramsight.deploy.profiles import Profile
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.plant.build import build
 
@@ -48,7 +50,7 @@ def test_a_changed_file_has_another_digest():
 @pytest.mark.parametrize("what", ["sensor", "control", "compare", "plant"])
 def test_the_card_has_the_attributes_of_mic_core_once_each(what):
     root = ElementTree.fromstring(card(export(what), "ramsight export c description.toml"))
-    (kind,) = root
+    kind, *own = root
     assert kind.get("type") == "org.mic-core.mic-core"
     keys = [one.get("keyword") for one in kind]
     assert len(keys) == len(set(keys)) == 18
@@ -57,7 +59,16 @@ def test_the_card_has_the_attributes_of_mic_core_once_each(what):
     assert said["administrative-data.model.confidentiality-level"] == "1: internal"
     assert said["verification-validation.verification-status"] == "not run where it was exported"
     assert "stroke 700 mm; pressure up to 210 bar" in said["implementation.model.limitations"]
+    lines = [(one.get("keyword"), one.text) for more in own for one in more]
+    assert lines == ([] if what == "plant" else [("profile", "kalman: all hypotheses, as in Python")])
     assert {one.tag for one in kind} == {f"{TYPE}ClassificationEntry"}
+
+
+def test_the_card_names_the_profile_of_the_sensor_and_only_the_measured_one_has_a_table():
+    for profile in Profile:
+        made = credentials(replace(export(), profile=profile), {"a.c": b"1"})
+        assert f">{profile.words}<" in made["card.srmd"]
+        assert ("fmeda.csv" in made) == (profile is Profile.KALMAN)
 
 
 def test_a_controls_options_are_said_as_the_command_takes_them():

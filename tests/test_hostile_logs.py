@@ -4,6 +4,7 @@ import gzip
 import importlib
 import json
 import re
+import struct
 from pathlib import Path
 
 import pytest
@@ -57,6 +58,16 @@ def test_messages_with_deep_brackets_are_told(tmp_path, message):
 )  # fmt: skip
 def test_schemas_that_say_nothing_of_use_are_passed_over(tmp_path, schema):
     assert read(mcap(tmp_path / "log.mcap", [row(k) for k in range(30)], schema)) == 30
+
+
+@pytest.mark.parametrize("says", [1 << 63, (1 << 64) - 1, 1 << 40])
+def test_a_chunk_that_says_it_is_longer_than_any_file_is_one_line(tmp_path, says):
+    content = struct.pack("<QQQII", 0, 1, 9, 0, 0) + struct.pack("<Q", says) + b"x" * 9
+    chunk = b"\x06" + struct.pack("<Q", len(content)) + content
+    whole = mcap(tmp_path / "log.mcap", [row(k) for k in range(30)]).read_bytes()
+    (tmp_path / "log.mcap").write_bytes(whole[:8] + chunk + whole[8:])
+    with pytest.raises(LogError, match=r"log\.mcap: is no MCAP file, or a damaged one"):
+        read(tmp_path / "log.mcap")
 
 
 @pytest.mark.parametrize("number", [b"1" * 5000, b"1e999", b"NaN", b"[[]]", b'"1"'])
@@ -141,6 +152,14 @@ def test_no_source_takes_digits_of_other_scripts():
             text = file.read_text(encoding="utf-8")
             assert "\\d" not in text, file
             assert len(re.findall(r"\.isdigit\(\)|\.isnumeric\(\)", text)) <= text.count(".isascii()"), file
+
+
+def test_a_header_of_control_characters_is_named_in_one_printable_line(tmp_path):
+    (tmp_path / "log.csv").write_text("\x1f".join(FIELDS) + "\n" + "\x1f".join("1234") + "\n")
+    with pytest.raises(RamsightError) as caught:
+        read(tmp_path / "log.csv")
+    assert str(caught.value).isprintable()
+    assert r"time_s\x1fmotor_speed_rpm" in str(caught.value)
 
 
 @pytest.mark.parametrize("times", [["0", "0.02", "-3590", "-3589.98"], ["0", "0.02", "", "0.06"], ["", "", "", ""]])

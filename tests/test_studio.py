@@ -5,10 +5,12 @@ import gzip
 import itertools
 import math
 import os
+import re
 import signal
 import time
 from dataclasses import fields, replace
 from pathlib import Path
+from urllib.parse import parse_qsl
 
 import numpy as np
 import pytest
@@ -26,16 +28,18 @@ from ramsight.duty.live import LiveUnit
 from ramsight.duty.live_further import LiveFurther
 from ramsight.duty.live_warming import LiveWarming
 from ramsight.duty.oil_warming import warmed
-from ramsight.errors import DescriptionError
+from ramsight.errors import DescriptionError, RamsightError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.studio import draft
+from ramsight.studio.circuit_menu import circuit_menu
 from ramsight.studio.energy import flows
 from ramsight.studio.guard import Guard
-from ramsight.studio.knobs import FAULTS, LIE, Knobs
+from ramsight.studio.knobs import FAULTS, KNOBS, LIE, Knobs
 from ramsight.studio.playing import DUTIES, ENDS
 from ramsight.studio.rig import Rig
 from ramsight.studio.session import Session
+from ramsight.studio.setting import catalogue_name, query_of, read_setting, with_unit
 from ramsight.studio.thinning import keep, kept, thinned
 from ramsight.studio.uploaded_log import NOWHERE, Asked, find_factors, find_leak, judge, propose, references, track
 from ramsight.studio.visitors import Visitors
@@ -112,12 +116,86 @@ def test_every_knob_changes_the_machine_or_what_is_reported_of_it_and_the_page_h
         truth = [(row.position, row.motor_torque) for row in (plain, other)]
         assert (truth[0] == truth[1]) == (name in OF_THE_REPORT), name
         assert other.estimates["kalman"] != plain.estimates["kalman"], name
-    controls = pytest.importorskip("ramsight.studio.controls", reason="needs the extra studio")
-    assert [knob[0] for knob in controls.KNOBS] == list(TURNED)
-    for name, _, _, least, most, first, step, factor, offset in controls.KNOBS:
-        assert least <= first <= most
-        assert step > 0.0
-        assert first * factor + offset == pytest.approx(getattr(Knobs(), name))
+    assert [knob.name for knob in KNOBS] == list(TURNED)
+    for knob in KNOBS:
+        assert knob.least <= knob.first <= knob.most
+        assert knob.step > 0.0
+        assert knob.si(knob.first) == pytest.approx(getattr(Knobs(), knob.name))
+
+
+LINKS = (
+    {}, {"machine": "press", "play": "none"}, {"play": "worn"},
+    {"play": "none", "speed": "5", "leak": "1.6", "ambient": "-20", "report_delay": "30", "faults": "torque,power",
+     "sensors": "none"},
+    {"play": "none", "sensors": "kalman,balance,unreferenced,table", "duty": "lift and lower", "hold": "oil"},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("query", LINKS)
+def test_a_setting_of_a_link_is_that_of_the_link_it_makes(query):
+    found = read_setting(query)
+    again = read_setting(dict(parse_qsl(query_of(found.settings, found.scenario, found.machine))))
+    assert again == found
+    assert again.settings == found.settings
+    rig = Rig(machine.load_machine("press"))
+    for command, *values in found.commands():
+        if command == "knobs":
+            rig.turn(replace(rig.knobs, **values[0]))
+        elif command == "sense" and values[0] != "table":
+            rig.sense(values[0], on=values[1])
+        elif command == "fault":
+            rig.fault(values[0], on=values[1])
+    assert vars(rig.knobs) == pytest.approx(found.settings["knobs"])
+    assert rig.faults == set(found.faults)
+    assert set(rig.sensors["ram"]) | {"table"} == {*found.sensors, "table"}
+    rig.begin()  # what power that is cut has saved is thrown away
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("machine", "/etc/passwd"), ("machine", "../../mine.toml"), ("machine", ""), ("machine", "press\x00"),
+        ("leak", "3.01"), ("leak", "0.49"), ("leak", "nan"), ("leak", "inf"), ("leak", ""), ("leak", "\u0661"),
+        ("leak", "1_0"), ("leak", "1e999"), ("leak", "9" * 900), ("load", "-1"), ("speed", "51"), ("speed", "-1"),
+        ("faults", "fire"), ("faults", "torque,"), ("sensors", "kalman;balance"), ("duty", "none"), ("hold", "1"),
+        ("play", "<script>"), ("play", ""), ("strips", "position,\n"), ("x", "1"), ("", ""), ("unit", "x" * 2000),
+        ("\r\nset-cookie", "a"),
+    ],
+)  # fmt: skip
+def test_what_a_link_cannot_hold_is_refused_in_one_line(name, value):
+    with pytest.raises(RamsightError) as caught:
+        read_setting({name: value})
+    text = str(caught.value)
+    assert text.startswith("link")
+    assert text.isprintable()
+    assert len(text) < 400
+
+
+def test_a_link_to_a_unit_that_does_not_run_is_refused():
+    assert with_unit(read_setting({}), ["boom", "bucket"]) == "boom"
+    assert with_unit(read_setting({"unit": "bucket"}), ["boom", "bucket"]) == "bucket"
+    with pytest.raises(RamsightError, match=r"link: unknown unit 'mast' \(known: boom, bucket\)"):
+        with_unit(read_setting({"unit": "mast"}), ["boom", "bucket"])
+
+
+def test_a_machine_that_is_not_the_catalogue_s_has_no_name_there():
+    text = machine.template(machine.load_machine("press"), name="press")
+    assert catalogue_name(machine.load_machine("press")) == "press"
+    other = draft.edited(text, machine.loads(text), "units.ram.cylinder.bore", "200 mm")
+    assert catalogue_name(machine.loads(other)) is None
+    assert catalogue_name(machine.loads(other.replace('"press"', '"mine"'))) is None
+
+
+def test_a_part_of_every_circuit_leads_to_a_table_of_the_description():
+    for entry in (one for one in machine.catalogue.entries() if one.kind == "machine"):
+        described = machine.load_machine(entry.name)
+        groups = {row.path.rpartition(".")[0] for row in draft.rows(draft.text_of(described), described)}
+        text = circuit_menu(described, groups)
+        led = set(re.findall('data-section="([^"]+)"', text))
+        assert led <= groups
+        assert text.count('<g class="part') == text.count('role="button"'), entry.name
+        for name in described.units:
+            assert {f"units.{name}.{one}" for one in ("cylinder", "drive")} <= led
 
 
 def test_the_oil_warms_up_no_faster_than_oil_does_and_the_machine_with_it(press):
@@ -864,6 +942,23 @@ def test_a_session_runs_in_a_process_of_its_own_and_ends_with_it():
         session.close()
     assert not session.alive
     session.say("lever", "ram", 0.0)  # too late, and no error
+
+
+@pytest.mark.slow
+def test_marks_of_frames_that_a_slow_page_drops_come_with_the_next_ones():
+    session = Session("press")
+    try:
+        wait(lambda: session.about is not None or session.ended)
+        for _ in range(3):
+            for on in (True, False):
+                dropped = session.dropped
+                session.say("fault", "torque", on)
+                wait(lambda then=dropped: session.dropped > then + 3)  # nobody takes a frame meanwhile
+        frames = session.frames()
+        assert len(frames) <= 4
+        assert [words for frame in frames for _, words in frame.marks] == [FAULTS["torque"], "torque frozen: over"] * 3
+    finally:
+        session.close()
 
 
 @pytest.mark.slow

@@ -260,6 +260,26 @@ def test_keys_are_levers_as_long_as_they_are_down_and_time_goes_as_fast_as_life(
     page.keyboard.up("ArrowRight")
 
 
+def test_every_slider_has_words_a_unit_and_its_value_and_home_and_end_take_it_to_its_ends(page):
+    page.locator(".space .nicegui-scene").wait_for(timeout=READY)
+    sliders = page.get_by_role("slider")
+    names = [one.get_attribute("aria-label") for one in sliders.all()]
+    assert len(names) == len(set(names)) >= 16
+    for name in names:
+        assert re.fullmatch(r".+ \[.+\]", name), name
+        slider = page.get_by_role("slider", name=name, exact=True)
+        words = page.get_by_text(name, exact=True)
+        value = words.locator("xpath=following-sibling::*[1]")
+        if slider.get_attribute("aria-disabled") == "true":
+            continue
+        for key, end in (("Home", "aria-valuemin"), ("End", "aria-valuemax"), ("Home", "aria-valuemin")):
+            slider.focus()
+            page.keyboard.press(key)
+            wanted = slider.get_attribute(end)
+            wait(page, lambda s=slider, w=wanted: s.get_attribute("aria-valuenow") == w, 10.0)
+            wait(page, lambda v=value, w=wanted: float(v.inner_text()) == float(w), 10.0)
+
+
 def test_a_fault_changes_the_status_and_goes_again(page):
     page.get_by_role("switch", name="temperature lost").click()
     status = page.locator("#status-boom-kalman")
@@ -706,6 +726,27 @@ def test_values_of_a_description_are_found_and_what_follows_is_dimmed_while_one_
     wait(page, lambda: "old" not in (page.locator("#machine-follows").get_attribute("class") or ""))
 
 
+def test_a_part_of_the_circuit_opens_its_values_by_mouse_and_by_keys(page):
+    page.get_by_role("tab", name="Machines").click()
+    relief = page.get_by_role("button", name="relief_a, relief valve: to its values").first
+    relief.wait_for()
+    page.get_by_label("find a value").fill("bore")
+    relief.click()
+    assert page.locator("[data-group='units.boom.relief_valve']").evaluate("(e) => e.open")
+    assert page.locator("[data-path='units.boom.relief_valve.setting'] input").first.is_visible()
+    assert page.evaluate("document.activeElement.textContent") == "units.boom.relief_valve"
+    page.get_by_role("button", name="back to the circuit").click()
+    assert page.evaluate("document.activeElement.dataset.section") == "units.boom.relief_valve"
+    picture(page, "studio-menu.png")
+    pump = page.get_by_role("button", name="pump_b, pump: to its values").nth(1)
+    pump.focus()
+    assert page.locator("#machine-part").inner_text() == "pump_b, pump: to its values"
+    page.keyboard.press("Enter")
+    assert page.locator("[data-group='units.bucket.pump_b']").evaluate("(e) => e.open")
+    assert page.evaluate("document.activeElement.textContent") == "units.bucket.pump_b"
+    assert serious(page) == []
+
+
 def test_the_machine_is_looked_at_from_above_and_as_at_first(page):
     scene = page.locator(".space .nicegui-scene")
     scene.wait_for(timeout=READY)
@@ -730,6 +771,74 @@ def test_circuit_and_space_are_dark_where_the_page_is(page):
     wait(page, lambda: colours() != light)
     dark = colours()
     assert dark[0] == dark[1]
+
+
+def made_link(page):
+    """The link that a page makes now."""
+    page.get_by_role("button", name="make a link").click()
+    page.locator("#link").wait_for()
+    return page.locator("#link").input_value()
+
+
+def test_a_link_leads_to_the_same_machine_in_the_same_setting(page, loader, browser):
+    address, server = loader
+    leakage = page.get_by_role("slider", name="leakage [× data sheet]")
+    leakage.focus()
+    for _ in range(12):
+        page.keyboard.press("ArrowRight")
+    page.get_by_role("switch", name="torque frozen").click()
+    page.get_by_role("switch", name="kalman without references").click()
+    page.get_by_role("button", name="drive", exact=True).click()
+    page.locator("#strip-drive").wait_for(state="hidden")
+    page.evaluate("studio.show('bucket')")
+    wait(page, lambda: page.locator("#status-bucket-unreferenced").is_visible(), 60.0)
+    said = "machine=mining-loader&play=none&leak=1.6&faults=torque&sensors=kalman,balance,unreferenced"
+    link = f"{address}?{said}&unit=bucket&strips=position,error,status,pressure"
+    wait(page, lambda: made_link(page) == link)  # what was set last may be on its way
+    assert page.url == link
+    assert serious(page) == []
+    context = browser.new_context(viewport={"width": 1500, "height": 1000})
+    other = context.new_page()
+    other.goto(link)
+    other.get_by_text("runs", exact=True).wait_for(timeout=READY)
+    wait(other, lambda: newest(other, "position") is not None)
+    assert other.get_by_role("slider", name="leakage [× data sheet]").get_attribute("aria-valuenow") == "1.6"
+    for name in ("torque frozen", "kalman without references"):
+        assert other.get_by_role("switch", name=name).get_attribute("aria-checked") == "true"
+    wait(other, lambda: other.locator("#status-bucket-unreferenced").is_visible())
+    assert other.evaluate("studio.shown()") == "bucket"
+    assert other.locator("[data-circuit=bucket]").is_visible()
+    assert not other.locator("#strip-drive").is_visible()
+    wait(other, lambda: made_link(other) == link)
+    context.close()
+    wait(page, lambda: len(workers(server)) == 1)
+
+
+def test_a_link_to_another_machine_of_the_catalogue_opens_it_and_one_that_lies_is_refused_in_a_line(loader, browser):
+    address, server = loader
+    before = len(workers(server))
+    for query in (
+        "machine=/etc/passwd",
+        "leak=9",
+        "leak=%D9%A1",
+        "unit=%00",
+        "faults=fire",
+        "strips=a%0Ab",
+        "x=" + "y" * 5000,
+    ):
+        status, text = answered(f"{address}?{query}")
+        assert status == 400
+        assert text.startswith("link")
+        assert len(text) < 300
+        assert text.isprintable()
+    assert len(workers(server)) == before
+    other = browser.new_page()
+    other.goto(f"{address}?machine=press&play=none&load=80")
+    other.get_by_text("runs", exact=True).wait_for(timeout=READY)
+    wait(other, lambda: newest(other, "position", "ram") is not None)
+    assert "press" in other.locator("#machine-name").inner_text().lower()
+    assert other.get_by_role("slider", name="load [% of the largest]").get_attribute("aria-valuenow") == "80"
+    other.close()
 
 
 def test_what_happens_is_marked_in_the_strips(page):

@@ -113,7 +113,7 @@ class UnknownNameError(RamsightError):
         self.kind, self.name, self.known, self.where = kind, name, sorted(known), where
         close = get_close_matches(name[:_LONGEST], self.known, n=1)
         hint = f"; did you mean {short(close[0])!r}?" if close else ""
-        listing = ", ".join(short(one) for one in self.known[:_MOST]) or "none"
+        listing = ", ".join(plain(one) for one in self.known[:_MOST]) or "none"
         more = f", and {len(self.known) - _MOST} more" if len(self.known) > _MOST else ""
         place = f"{where}: " if where else ""
         super().__init__(f"{place}unknown {kind} {short(name)!r}{hint} (known: {listing}{more})")

@@ -245,7 +245,7 @@ def report_of(
         channel_map: with which the log was read.
         since: file that an earlier commissioning kept, if it began from one: its description is what counts.
     """
-    title = f"{machine.title or machine.name}, {unit}"
+    title = f"{machine.title or machine.name}, unit {unit}"
     sources, now = sources_of(machine, log, truth, channel_map), datetime.now().astimezone()
     if since is not None:
         sources[0] = ("earlier commissioning, with the machine", since.name, _sha256(since))

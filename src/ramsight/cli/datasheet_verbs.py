@@ -88,7 +88,7 @@ def datasheet(
         split = study.budget(budget, out / "budget.zarr", client, progress=True)
         way = None if wanted is None else study.way_to(wanted, client, progress=True)
     sheet = study.datasheet(found, split, list(zip(logs, truths, strict=True)))
-    title = f"{study.machine.title or study.machine.name}, {unit}"
+    title = f"{study.machine.title or study.machine.name}, unit {unit}"
     judged = study.required(sheet)
     write_sheet(sheet, found, out, title, way, judged)
     typer.echo(sheet.text)

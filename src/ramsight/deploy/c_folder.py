@@ -153,9 +153,7 @@ def write_sensor(
         command = ("c", *options, *(("--control", *control.words) if control else ()))
         passed = f"golden samples passed by {compiler}, builds {len(measured)}" if compiler else ""
         own = credentials(
-            Export(
-                machine, built, "control" if control else "sensor", command, passed, measured=profile is Profile.KALMAN
-            ),
+            Export(machine, built, "control" if control else "sensor", command, passed, profile=profile),
             {name: text.encode() for name, text in files.items()},
         )
         for name, said in {**own, _LAST: text}.items():

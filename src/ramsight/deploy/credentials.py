@@ -10,6 +10,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from ramsight._version import __version__
 from ramsight.deploy.fmeda import fmeda_table
+from ramsight.deploy.profiles import Profile
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Machine
 from ramsight.plant.limits import limits_of
@@ -44,7 +45,7 @@ class Export:
         what: ``sensor``, ``control``, ``compare`` or ``plant``.
         command: arguments of `ramsight export` behind the machine's file, for example ``fmu --fmi 3``.
         verified: what was run to verify it, and how it went; empty if nothing was.
-        measured: whether the study of faults measured this sensor; only then it has an FMEDA table.
+        profile: of its sensor. The study of faults measured `KALMAN`; only that has an FMEDA table.
     """
 
     machine: Machine
@@ -52,7 +53,7 @@ class Export:
     what: str
     command: Sequence[str]
     verified: str = ""
-    measured: bool = True
+    profile: Profile = Profile.KALMAN
 
 
 def credentials(export: Export, content: Mapping[str, bytes]) -> dict[str, str]:
@@ -64,7 +65,7 @@ def credentials(export: Export, content: Mapping[str, bytes]) -> dict[str, str]:
     """
     described = "\n".join(as_toml(export.machine, export.machine.sources)) + "\n"
     kind, *options = export.command
-    table = {} if export.what == "plant" or not export.measured else {FMEDA: fmeda_table(export.unit)}
+    table = {} if export.what == "plant" or export.profile is not Profile.KALMAN else {FMEDA: fmeda_table(export.unit)}
     every = {**content, DESCRIPTION: described.encode(), **{name: text.encode() for name, text in table.items()}}
     record = {
         "ramsight": __version__,
@@ -110,11 +111,17 @@ def card(export: Export, command: object) -> str:
         "verification-validation.procedure-criteria": _CRITERIA,
         "verification-validation.report": "ramsight.json has the digests of the files",
     }
+    own = {} if export.what == "plant" else {"profile": export.profile.words}
+    spaces = f'xmlns:srmd="{_TRACE}/SimulationResourceMetaData" xmlns:stc="{_TRACE}/SSPTraceabilityCommon"'
+    head = f'<srmd:SimulationResourceMetaData version="1.0" name={quoteattr(name)} {spaces}>'
+    body = _classified("org.mic-core.mic-core", entries) + _classified("org.ramsight.export", own)
+    return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *body, "</srmd:SimulationResourceMetaData>", ""])
+
+
+def _classified(kind: str, entries: Mapping[str, str]) -> list[str]:
+    """Lines of entries of one kind; none if there are none."""
     lines = [
         f"    <stc:ClassificationEntry keyword={quoteattr(key)}>{escape(text)}</stc:ClassificationEntry>"
         for key, text in entries.items()
     ]
-    spaces = f'xmlns:srmd="{_TRACE}/SimulationResourceMetaData" xmlns:stc="{_TRACE}/SSPTraceabilityCommon"'
-    head = f'<srmd:SimulationResourceMetaData version="1.0" name={quoteattr(name)} {spaces}>'
-    body = ['  <stc:Classification type="org.mic-core.mic-core">', *lines, "  </stc:Classification>"]
-    return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *body, "</srmd:SimulationResourceMetaData>", ""])
+    return [f'  <stc:Classification type="{kind}">', *lines, "  </stc:Classification>"] if lines else []

@@ -27,6 +27,21 @@ class Profile(Enum):
     KALMAN_SMALL = "kalman-small"
     BALANCE = "balance"
 
+    @property
+    def words(self) -> str:
+        """The profile and what it weighs, in a line.
+
+        Example:
+            >>> Profile.BALANCE.words
+            'balance: no hypotheses, counts from one reference to the next'
+        """
+        weighs = {
+            Profile.KALMAN: "all hypotheses, as in Python",
+            Profile.KALMAN_SMALL: "no hypotheses of ends that are elsewhere than described",
+            Profile.BALANCE: "no hypotheses, counts from one reference to the next",
+        }
+        return f"{self.value}: {weighs[self]}"
+
     def sensor(self, unit: HydraulicUnit) -> VirtualSensor:
         """A unit's sensor.
 

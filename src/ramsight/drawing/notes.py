@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from ramsight.machine.description import Composed, DirectDriven, Unit
 
-_BOTH_SIDES = {"relief": "relief_valve", "anticavitation": "anticavitation_valve", "safety": "safety_valve"}
+BOTH_SIDES = {"relief": "relief_valve", "anticavitation": "anticavitation_valve", "safety": "safety_valve"}
+"""Tables of a description that state one part for both sides, by what the parts are called."""
 
 
 def notes(unit: Unit) -> dict[str, str]:
@@ -21,7 +22,7 @@ def notes(unit: Unit) -> dict[str, str]:
     models = {}
     if isinstance(unit, DirectDriven):
         models = {"pump_a": unit.pump_a.model, "pump_b": unit.pump_b.model}
-        for part, key in _BOTH_SIDES.items():
+        for part, key in BOTH_SIDES.items():
             models |= {f"{part}_{side}": getattr(unit, key).model for side in "ab"}
     elif isinstance(unit, Composed):
         models = {name: getattr(part, "model", None) for name, part in unit.parts.items()}

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from html import escape
 
-from ramsight.drawing.circuit_drawing import DOT, Sheet, Wire
+from ramsight.drawing.circuit_drawing import DOT, Placed, Sheet, Wire
 from ramsight.drawing.shapes import SIZES, Area, Disc, Line, Point, Shape, Word
 
 _PER_MM = 4.0  # units of a drawing a millimetre of paper
@@ -27,10 +28,15 @@ STYLE = """
 _SIZES = "".join(f".drawing .size-{kind} {{ font-size: {size:g}px; }}\n" for kind, size in SIZES.items())
 
 
-def text(sheet: Sheet) -> str:
+def text(sheet: Sheet, sections: Mapping[str, str] | None = None) -> str:
     """The SVG of a sheet, at a quarter of a millimetre a unit.
 
     Groups of parts have the id ``part-NAME`` and the class of their kind, lines of nodes ``data-node``.
+
+    Args:
+        sheet: the drawing.
+        sections: by part, what it leads to: such a part is a button with that as ``data-section``, and no part has an
+            id. None for a picture.
     """
     left, top, right, bottom = sheet.box
     width, height = right - left, bottom - top
@@ -42,18 +48,31 @@ def text(sheet: Sheet) -> str:
         )
         body.append(f'<g class="node" data-node="{escape(node)}"><title>{escape(node)}</title>{lines}{dots}</g>')
     body += [_shape(shape) for shape in sheet.others]
-    for part in sheet.placed:
-        kind = part.kind.replace(" ", "-").lower()
-        inside = "".join(map(_shape, (*part.symbol.shapes, *part.words)))
-        title = f"<title>{escape(part.kind)} {escape(part.name)}</title>"
-        body.append(f'<g class="part {escape(kind)}" id="part-{escape(part.name)}">{title}{inside}</g>')
+    body += [_part(part, sections) for part in sheet.placed]
     body += [_shape(word) for word in sheet.words]
+    role = "img" if sections is None else "group"
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" class="drawing" role="img" aria-label="{escape(sheet.title)}" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="drawing" role="{role}" aria-label="{escape(sheet.title)}" '
         f'width="{width / _PER_MM:.1f}mm" height="{height / _PER_MM:.1f}mm" '
         f'viewBox="{left:g} {top:g} {width:g} {height:g}">\n'
         f"<title>{escape(sheet.title)}</title>\n<style>{STYLE}{_SIZES}</style>\n" + "\n".join(body) + "\n</svg>\n"
     )
+
+
+def _part(part: Placed, sections: Mapping[str, str] | None) -> str:
+    """A part's group; as a button it has a surface that can be hit, between its lines, too."""
+    kind = escape(part.kind.replace(" ", "-").lower())
+    inside = "".join(map(_shape, (*part.symbol.shapes, *part.words)))
+    title = f"<title>{escape(part.kind)} {escape(part.name)}</title>"
+    if sections is None:
+        return f'<g class="part {kind}" id="part-{escape(part.name)}">{title}{inside}</g>'
+    if part.name not in sections:
+        return f'<g class="part {kind}">{title}{inside}</g>'
+    named, section = escape(f"{part.name}, {part.kind}: to its values"), escape(sections[part.name])
+    left, top, right, bottom = part.symbol.box
+    surface = f'<rect class="surface" x="{left:g}" y="{top:g}" width="{right - left:g}" height="{bottom - top:g}"/>'
+    button = f'role="button" tabindex="0" aria-label="{named}" data-section="{section}"'
+    return f'<g class="part {kind}" {button}>{title}{surface}{inside}</g>'
 
 
 def _wire(wire: Wire) -> str:

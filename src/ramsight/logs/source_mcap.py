@@ -48,7 +48,7 @@ class McapSource(Source):
         errors: Any = needs("mcap.exceptions", "logs", self.file)
         self._cut = errors.EndOfFile
         self._damage = (errors.McapError, packing.ZstdError, struct.error, OSError, ValueError, KeyError, MemoryError,
-                        RuntimeError, AssertionError)  # fmt: skip
+                        RuntimeError, AssertionError, OverflowError)  # fmt: skip
         self._contents = Contents()
         self._others: dict[str, str] = {}
         self._topics = self._find()

@@ -1,4 +1,4 @@
-"""The report as a PDF, set with matplotlib: A4 pages of text, statements, tables and the figures."""
+"""The report as a PDF, set with matplotlib: A4 pages with all figures first, then text, statements and tables."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ _LEFT, _TOP, _BOTTOM = 0.09, 0.945, 0.06  # shares of the page
 _LETTERS = 104  # of a line at the size of the text
 _SIZE, _LINE = 8.5, 0.0131  # pt, share of the page's height
 _CELL_SIZE, _CELL_LINE, _CELL_LETTERS = 6.8, 0.0105, 108
+_WHAT = "What was done"
 _WIDE = 1.0 - 2.0 * _LEFT
 _COLOURS = {
     Verdict.REPRODUCED: "#17603a",
@@ -121,10 +122,12 @@ def write_pdf(study: Study, folder: Path, file: Path) -> None:
         pages = _Pages(pdf)
         pages.text(TITLE, size=15, letters=60, line=0.022, weight="bold")
         pages.text(SOURCE, color="#5b6875")
+        pages.text(f"{study.summary()}. {MEANING}")
+        _pictures(pages, study, folder)
+        _heading(pages, _WHAT)
         for paragraph in (*INTRODUCTION, *study.chosen):
             pages.text(paragraph)
         _heading(pages, STATEMENTS)
-        pages.text(f"{study.summary()}. {MEANING}")
         for statement in study.statements:
             colour = _COLOURS[statement.verdict]
             pages.room(5 * _LINE)
@@ -136,7 +139,7 @@ def write_pdf(study: Study, folder: Path, file: Path) -> None:
         for item in drawn(study):
             pages.text(f"{item.place}: {item.says} ({item.where}). {item.verdict.value.capitalize()}.")
         for chapter in study.chapters:
-            _chapter(pages, chapter, folder)
+            _chapter(pages, chapter)
         pages.close()
 
 
@@ -146,15 +149,24 @@ def _heading(pages: _Pages, title: str) -> None:
     pages.text(title, size=12, letters=75, line=0.019, weight="bold")
 
 
-def _chapter(pages: _Pages, chapter: Chapter, folder: Path) -> None:
+def _pictures(pages: _Pages, study: Study, folder: Path) -> None:
+    """All figures, each with its caption, below the titles of their chapters."""
+    for chapter in study.chapters:
+        for k, picture in enumerate(chapter.pictures):
+            if k == 0:
+                height = _WIDE * _PAPER[0] * picture.size[1] / picture.size[0] / _PAPER[1]
+                pages.room(height + 4 * _LINE)  # a title stays with its first figure
+                pages.text(chapter.title, weight="bold")
+            pages.picture(folder / f"{picture.name}.png", picture.size)
+            pages.text(picture.caption, size=7.5, letters=118, color="#5b6875")
+
+
+def _chapter(pages: _Pages, chapter: Chapter) -> None:
     _heading(pages, chapter.title)
     for paragraph in chapter.text:
         pages.text(paragraph)
     for grid in chapter.grids:
         _grid(pages, grid)
-    for picture in chapter.pictures:
-        pages.picture(folder / f"{picture.name}.png", picture.size)
-        pages.text(picture.caption, size=7.5, letters=118, color="#5b6875")
 
 
 def _grid(pages: _Pages, grid: Grid) -> None:

@@ -8,27 +8,11 @@ from typing import Any
 
 from nicegui import ui
 
-from ramsight.studio.knobs import FAULTS, KINDS, LIE, SENSORS
+from ramsight.studio.knobs import FAULTS, KINDS, KNOBS, LIE, SENSORS
 from ramsight.studio.playing import DUTIES
 from ramsight.studio.session import Session
 from ramsight.studio.worker import FASTEST
-from ramsight.units import FREEZING
 
-KNOBS = (
-    ("load", "load", "% of the largest", 0.0, 120.0, 50.0, 5.0, 0.01, 0.0),
-    ("oil_temperature", "oil temperature, brought to", "°C", 0.0, 80.0, 40.0, 1.0, 1.0, FREEZING),
-    ("ambient", "ambient temperature", "°C", -20.0, 50.0, 20.0, 1.0, 1.0, FREEZING),
-    ("leak", "leakage", "× data sheet", 0.5, 3.0, 1.0, 0.05, 1.0, 0.0),
-    ("displacement", "displacement", "× data sheet", 0.97, 1.03, 1.0, 0.001, 1.0, 0.0),
-    ("stiffness", "stiffness", "× data sheet", 0.5, 1.5, 1.0, 0.05, 1.0, 0.0),
-    ("friction", "friction", "× data sheet", 0.5, 3.0, 1.0, 0.05, 1.0, 0.0),
-    ("torque_gain", "reported torque", "× true", 0.9, 1.1, 1.0, 0.01, 1.0, 0.0),
-    ("magnets", "motor temperature rise", "K", 0.0, 100.0, 0.0, 5.0, 1.0, 0.0),
-    ("torque_step", "resolution of the torque", "N m", 0.0, 2.0, 0.0, 0.1, 1.0, 0.0),
-    ("report_delay", "delay of the report", "ms", 0.0, 100.0, 0.0, 10.0, 1e-3, 0.0),
-    ("temperature_offset", "thermometer offset", "K", -10.0, 10.0, 0.0, 0.5, 1.0, 0.0),
-)
-"""Name, words, unit, least, most, first value, step, and factor and offset to SI of what can be turned."""
 KEYS = (("ArrowUp", "ArrowDown"), ("ArrowRight", "ArrowLeft"))
 """Keys that move the first unit and the second one, lifting and lowering."""
 _LATCHED = (("lower", -100.0), ("stop", 0.0), ("lift", 100.0))
@@ -63,8 +47,8 @@ class Controls:
             levers: whether the levers are in the middle again.
         """
         self._quiet = True
-        for name, _, _, _, _, _, _, factor, offset in KNOBS:
-            self._knobs[name].set_value(round((settings["knobs"][name] - offset) / factor, 4))
+        for knob in KNOBS:
+            self._knobs[knob.name].set_value(knob.shown(settings["knobs"][knob.name]))
         for name, switch in self._faults.items():
             switch.set_value(name in settings["faults"])
         for kind, switch in self._kinds.items():
@@ -73,7 +57,7 @@ class Controls:
             slider.set_value(0)
         self._duty.set_value(settings["duty"] or "")
         self._speed.set_value(settings["speed"])
-        self._hold.set_value(False)
+        self._hold.set_value(settings["holds_oil"])
         self._quiet = False
 
     def _say(self, *command: Any) -> None:
@@ -121,14 +105,11 @@ class Controls:
 
     def _build_knobs(self) -> None:
         with _panel("What the sensor does not know"):
-            for name, words, unit, least, most, first, step, factor, offset in KNOBS:
-                slider = self._knobs[name] = _slider(words, unit, least, most, first, step)
-                slider.on_value_change(
-                    lambda e, name=name, factor=factor, offset=offset: self._say(
-                        "knobs", {name: e.value * factor + offset}
-                    )
-                )
-                if name == "ambient":
+            for knob in KNOBS:
+                slider = _slider(knob.words, knob.unit, knob.least, knob.most, knob.first, knob.step)
+                self._knobs[knob.name] = slider
+                slider.on_value_change(lambda e, knob=knob: self._say("knobs", {knob.name: knob.si(e.value)}))
+                if knob.name == "ambient":
                     self._oil(slider)
 
     def _oil(self, ambient: ui.slider) -> None:

@@ -6,7 +6,7 @@ import secrets
 from collections.abc import Awaitable, Callable, Mapping, MutableMapping
 from http.cookies import CookieError, SimpleCookie
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _COOKIE = "ramsight-token"
@@ -51,7 +51,7 @@ class Guard:
         sent = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
         refused = self.refused(sent, scope.get("query_string", b"").decode("latin-1"))
         if refused is None and self.token is not None and scope["type"] == "http" and self._brings(scope):
-            await _answer(send, 303, "", [(b"location", b"/"), (b"set-cookie", self._cookie())])
+            await _answer(send, 303, "", [(b"location", _without_token(scope)), (b"set-cookie", self._cookie())])
         elif refused is None:
             await self._guarded(scope, receive, send)
         elif scope["type"] == "websocket":
@@ -117,6 +117,13 @@ class Guard:
             await self.app(scope, counted, marked)
         except TooLargeError:
             await _answer(send, 413, f"larger than {self.largest // 2**20} MiB")
+
+
+def _without_token(scope: Mapping[str, Any]) -> bytes:
+    """Where a browser that has brought the token goes on: what its link says beside it stays."""
+    query = parse_qsl(scope.get("query_string", b"").decode("latin-1"), keep_blank_values=True)
+    rest = urlencode([(name, value) for name, value in query if name != "token"])
+    return f"/?{rest}".encode() if rest else b"/"
 
 
 def _name(host: str) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ramsight.units import FREEZING
+
 FAULTS = {
     "temperature": "temperature lost",
     "torque": "torque frozen",
@@ -54,3 +56,55 @@ class Knobs:
     torque_step: float = 0.0
     report_delay: float = 0.0
     temperature_offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A slider of the page.
+
+    Attributes:
+        name: as `Knobs` has it.
+        words, unit: beside the slider.
+        least, most, first, step: its range, the value that it begins with and what a key moves it by, in that unit.
+        factor, offset: from its unit to SI.
+    """
+
+    name: str
+    words: str
+    unit: str
+    least: float
+    most: float
+    first: float
+    step: float
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def si(self, shown: float) -> float:
+        """What a value of the slider is in SI."""
+        return shown * self.factor + self.offset
+
+    def shown(self, si: float) -> float:
+        """What the slider shows of a value in SI.
+
+        Example:
+            >>> KNOBS[1].name, KNOBS[1].shown(313.15)
+            ('oil_temperature', 40.0)
+        """
+        return round((si - self.offset) / self.factor, 4)
+
+
+KNOBS = (
+    Knob("load", "load", "% of the largest", 0.0, 120.0, 50.0, 5.0, factor=0.01),
+    Knob("oil_temperature", "oil temperature, brought to", "°C", 0.0, 80.0, 40.0, 1.0, offset=FREEZING),
+    Knob("ambient", "ambient temperature", "°C", -20.0, 50.0, 20.0, 1.0, offset=FREEZING),
+    Knob("leak", "leakage", "× data sheet", 0.5, 3.0, 1.0, 0.05),
+    Knob("displacement", "displacement", "× data sheet", 0.97, 1.03, 1.0, 0.001),
+    Knob("stiffness", "stiffness", "× data sheet", 0.5, 1.5, 1.0, 0.05),
+    Knob("friction", "friction", "× data sheet", 0.5, 3.0, 1.0, 0.05),
+    Knob("torque_gain", "reported torque", "× true", 0.9, 1.1, 1.0, 0.01),
+    Knob("magnets", "motor temperature rise", "K", 0.0, 100.0, 0.0, 5.0),
+    Knob("torque_step", "resolution of the torque", "N m", 0.0, 2.0, 0.0, 0.1),
+    Knob("report_delay", "delay of the report", "ms", 0.0, 100.0, 0.0, 10.0, factor=1e-3),
+    Knob("temperature_offset", "thermometer offset", "K", -10.0, 10.0, 0.0, 0.5),
+)
+"""What can be turned."""

@@ -11,11 +11,12 @@ from typing import Any
 
 from nicegui import background_tasks, ui
 
+from ramsight.machine.description import Machine
 from ramsight.studio.controls import Controls
 from ramsight.studio.prepared import Prepared
-from ramsight.studio.scenarios import SCENARIOS
 from ramsight.studio.scene import VIEWS, MachineScene
 from ramsight.studio.session import STANDS, Session
+from ramsight.studio.setting import Setting, catalogue_name, query_of
 from ramsight.studio.status_bar import status_bar
 from ramsight.studio.status_help import status_help
 from ramsight.studio.story_panel import StoryPanel
@@ -23,35 +24,38 @@ from ramsight.studio.strips_panel import strips_panel
 from ramsight.studio.worker import Frame
 
 _STANDS = f"the machine's process has said nothing for {STANDS:g} s: what is shown is old"
-_PAUSE = 0.03  # s between two looks at what has come
+_PAUSE = 0.01  # s between two looks at what has come
 _BEGINS = 30.0  # s that a page may take to begin, and then to lay out the machine in space
 _ANSWERS = 5.0  # s that a page may take for a frame
 _SCENE = 3  # every how many frames the machine in space is moved
 _MAGNIFIED = 100  # times, at most, that an error is shown as large as it is
 _SCALE = '<div class="scale"><span>0 bar</span><i></i><span><b id="highest-pressure">–</b> bar</span></div>'
 """The colours of the circuit's lines over the pressure; `studio.js` knows the highest one."""
+_ADDRESS = '<input id="link" class="link" readonly hidden aria-label="link to this setting">'
 _HIGHEST = 250.0  # bar, that the circuit's warmest colour stands for where no relief valve says it
 _STORY, _CONTROLS = "scenarios", "controls"
 
 
-def live_page(prepared: Prepared, session: Session, scenario: str | None) -> None:
+def live_page(prepared: Prepared, session: Session, setting: Setting, *, can_link: bool = True) -> None:
     """Build the page for one visitor.
 
     Args:
         prepared: the machine.
         session: the process in which it runs for him.
-        scenario: that plays at first; None for a machine that stands, with its controls.
+        setting: in which it begins; if no scenario plays it stands, with its controls.
+        can_link: whether a link leads to this machine: one that is described in this page alone has none.
     """
     described, units = prepared.described, list(prepared.circuits)
     signs = {name: float(described.unit(name).lift_sign) for name in units}
-    client = ui.context.client
+    client, shown = ui.context.client, setting.unit or units[0]
     status_bar(units)
     with ui.element("div").classes("studio"):
         with ui.column().classes("gap-3 min-w-0 first"):
-            story, controls = _first_column(session, units, signs, scenario)
+            story, controls, latest = _first_column(session, units, signs, setting)
+            _link(described, latest, can_link=can_link)
         with ui.column().classes("gap-3 min-w-0 seen"):
             space, magnified = _machine(lambda view: looks[0](view) if looks else None)
-            _circuits(prepared.circuits)
+            _circuits(prepared.circuits, shown)
             _energy(session)
         strips_panel(session, units)
 
@@ -69,17 +73,20 @@ def live_page(prepared: Prepared, session: Session, scenario: str | None) -> Non
 
     def show(frame: Frame) -> None:
         nonlocal begun
+        latest[:] = [frame]
         gone_on, again, begun = story.show(frame.telling), frame.begun != begun, frame.begun
         if gone_on or again:  # a scene has set something
             controls.follow(frame.settings, levers=again)
 
-    background_tasks.create(_follow(session, client, scene, prepared, show))
+    view = f"studio.show({json.dumps(shown)}); studio.strips({json.dumps(setting.strips)})"
+    background_tasks.create(_follow(session, client, scene, prepared, show, view))
 
 
 def _first_column(
-    session: Session, units: list[str], signs: Mapping[str, float], scenario: str | None
-) -> tuple[StoryPanel, Controls]:
-    """Scenarios or controls, one of them at a time; the state of the machine above them."""
+    session: Session, units: list[str], signs: Mapping[str, float], setting: Setting
+) -> tuple[StoryPanel, Controls, list[Frame]]:
+    """Scenarios or controls, one of them at a time; the state of the machine above them. The newest frame goes last."""
+    scenario = setting.scenario
     waits = ui.label("the machine is being made ready …").props("id=ready role=status").classes("text-sm")
     ui.timer(0.3, lambda: waits.set_text(session.ended or _state(session, waits.text)))
     choice = ui.toggle([_STORY, _CONTROLS], value=_CONTROLS if scenario is None else _STORY)
@@ -96,9 +103,30 @@ def _first_column(
         begin = ui.button("begin again, nothing plays", on_click=lambda: play(None))
         begin.props('dense size=sm no-caps title="positions, knobs, faults and sensors as at first"')
         controls = Controls(session, units, signs)
+    controls.follow(setting.settings, levers=False)
     if scenario is not None:
-        play(scenario if scenario in SCENARIOS else next(iter(SCENARIOS)))
-    return story, controls
+        play(scenario)
+    for command in setting.commands():
+        session.say(*command)
+    return story, controls, []
+
+
+def _link(described: Machine, latest: list[Frame], *, can_link: bool) -> None:
+    """A button that makes a link to the machine as it is set."""
+    name = catalogue_name(described)
+
+    def make() -> None:
+        if name is None and not can_link:
+            ui.notify("This description is in this page alone: a link has no room for it. Download its TOML file.")
+        elif latest:
+            telling = latest[0].telling
+            playing = None if telling is None or telling["over"] else telling["name"]
+            ui.run_javascript(f"studio.link({json.dumps(query_of(latest[0].settings, playing, name))})")
+
+    with ui.element("section").classes("panel"):
+        button = ui.button("make a link to this setting", on_click=make, color=None)
+        button.props("dense no-caps unelevated").classes("latch")
+        ui.html(_ADDRESS, sanitize=False).classes("w-full")
 
 
 def _state(session: Session, before: str) -> str:
@@ -126,7 +154,7 @@ def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
     return space, magnified
 
 
-def _circuits(circuits: Mapping[str, str]) -> None:
+def _circuits(circuits: Mapping[str, str], shown: str) -> None:
     with ui.element("section").classes("panel circuit") as panel:
         with ui.row().classes("w-full justify-between items-center"):
             ui.html("<h2>The circuit</h2>", sanitize=False)
@@ -139,14 +167,14 @@ def _circuits(circuits: Mapping[str, str]) -> None:
         ).classes("text-xs")
         ui.html(_SCALE, sanitize=False)
         units = list(circuits)
-        for k, (name, text) in enumerate(circuits.items()):
+        for name, text in circuits.items():
             place = ui.html(text, sanitize=False).classes("w-full drawn").props(f'data-circuit="{name}" tabindex=0')
             place.props(f'role=region aria-label="circuit of {name}"')
-            if k:
+            if name != shown:
                 place.props("hidden")
         if len(units) > 1:
             ui.toggle(
-                units, value=units[0], on_change=lambda e: ui.run_javascript(f"studio.show({json.dumps(e.value)})")
+                units, value=shown, on_change=lambda e: ui.run_javascript(f"studio.show({json.dumps(e.value)})")
             ).props("no-caps dense")
 
 
@@ -171,6 +199,7 @@ async def _follow(
     scene: Callable[[], MachineScene],
     prepared: Prepared,
     show: Callable[[Frame], None],
+    view: str,
 ) -> None:
     """Hand the page what comes of its machine, no faster than the page takes it.
 
@@ -178,7 +207,7 @@ async def _follow(
     """
     units = list(prepared.circuits)
     try:
-        space = await _begun(client, scene, prepared)
+        space = await _begun(client, scene, prepared, view)
     except TimeoutError:  # the browser has gone, or runs no script
         return
     seen, stood = 0, False
@@ -204,12 +233,12 @@ async def _follow(
                 space.show(_positions(frame, "position", units), _positions(frame, "kalman", units), frame.load)
 
 
-async def _begun(client: Any, scene: Callable[[], MachineScene], prepared: Prepared) -> MachineScene:
+async def _begun(client: Any, scene: Callable[[], MachineScene], prepared: Prepared, view: str) -> MachineScene:
     """Let the page begin; the machine in space. TimeoutError: it does not answer."""
     await client.connected(timeout=_BEGINS)
     with client:
         given = (list(prepared.circuits), _HIGHEST, prepared.lines, status_help())
-        await client.run_javascript(f"studio.begin({', '.join(map(json.dumps, given))})", timeout=_BEGINS)
+        await client.run_javascript(f"studio.begin({', '.join(map(json.dumps, given))}); {view}", timeout=_BEGINS)
         if client.is_deleted:
             raise TimeoutError
         space = scene()
@@ -222,7 +251,7 @@ def _joined(frames: list[Frame]) -> Frame:
     """Several frames as one: all their rows since the machine began again last, and the newest of the rest."""
     last = frames[-1]
     frames = [frame for frame in frames if frame.begun == last.begun]
-    last.marks = [mark for frame in frames for mark in frame.marks]
+    last.marks = sorted(mark for frame in frames for mark in frame.marks)
     last.energy = next((frame.energy for frame in reversed(frames) if frame.energy), {})
     for name in last.columns:
         parts = [frame.columns[name] for frame in frames]

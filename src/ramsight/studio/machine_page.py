@@ -8,8 +8,10 @@ from typing import Any
 
 from nicegui import run, ui
 
+from ramsight.errors import RamsightError
 from ramsight.machine import catalogue
 from ramsight.machine.description import Machine
+from ramsight.studio.circuit_menu import circuit_menu
 from ramsight.studio.draft import Problem, Row, can_be_read, edited, follows, read, rows, text_of
 from ramsight.studio.markup import scrolled
 from ramsight.studio.visit import Visit
@@ -57,10 +59,15 @@ class _MachinePage:
                 self.runner = ui.button("run it live", on_click=self._run).props("id=run-description")
             self.said = ui.label().props("id=machine-said role=status").classes("whitespace-pre-wrap")
         with ui.element("div").classes("described"):
-            with ui.element("section").classes("panel"):
-                ui.html("<h2>Values</h2>", sanitize=False)
-                ui.html(_FINDING, sanitize=False).classes("w-full")
-                self.form = ui.html("", sanitize=False).props("id=machine-form").classes("w-full")
+            with ui.column().classes("gap-3 min-w-0 w-full"):
+                with ui.element("section").classes("panel circuit"):
+                    ui.html("<h2>The circuit</h2>", sanitize=False)
+                    ui.label("a part leads to its values").props("id=machine-part").classes("text-sm")
+                    self.circuit = ui.html("", sanitize=False).props("id=machine-circuit").classes("w-full")
+                with ui.element("section").classes("panel"):
+                    ui.html("<h2>Values</h2>", sanitize=False)
+                    ui.html(_FINDING, sanitize=False).classes("w-full")
+                    self.form = ui.html("", sanitize=False).props("id=machine-form").classes("w-full")
             with ui.column().classes("gap-3 min-w-0 w-full"):
                 with ui.element("section").classes("panel"):
                     ui.html("<h2>What follows</h2>", sanitize=False)
@@ -175,19 +182,38 @@ class _MachinePage:
             return
         self.visit.use(self.machine)
         self.said.set_text(f"{self.machine.title or self.machine.name} holds")
-        text = await run.io_bound(follows, self.machine)
-        self.follows.set_content(scrolled(text or "", "what follows"))
+        text, circuits = await run.io_bound(_results, self.machine, list(_groups(rows(self.text, self.machine)))) or (
+            "",
+            "",
+        )
+        self.follows.set_content(scrolled(text, "what follows"))
+        if circuits != self.circuit.content:  # what has the focus keeps it
+            self.circuit.set_content(circuits)
+
+
+def _results(machine: Machine, groups: list[str]) -> tuple[str, str]:
+    """What follows from a description, and its circuits; "" for those if one cannot be drawn."""
+    try:
+        circuits = circuit_menu(machine, groups)
+    except RamsightError:
+        circuits = ""
+    return follows(machine), circuits
+
+
+def _groups(shown: list[Row]) -> dict[str, list[Row]]:
+    """The values of each table of the description."""
+    groups: dict[str, list[Row]] = {}
+    for row in shown:
+        groups.setdefault(row.path.rpartition(".")[0], []).append(row)
+    return groups
 
 
 def _tables(shown: list[Row]) -> list[str]:
     """The form: a table of the description a group that opens, a value a row."""
-    groups: dict[str, list[Row]] = {}
-    for row in shown:
-        groups.setdefault(row.path.rpartition(".")[0], []).append(row)
     parts = []
-    for k, (name, own) in enumerate(groups.items()):
+    for k, (name, own) in enumerate(_groups(shown).items()):
         opened = " open" if k == 0 else ""
-        parts.append(f"<details{opened}><summary>{escape(name or 'machine')}</summary>")
+        parts.append(f'<details{opened} data-group="{escape(name)}"><summary>{escape(name or "machine")}</summary>')
         parts += [_field(row) for row in own]
         parts.append("</details>")
     return parts

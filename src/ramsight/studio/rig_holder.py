@@ -13,6 +13,7 @@ from ramsight.studio.draft import Problem, problem
 from ramsight.studio.live_page import live_page
 from ramsight.studio.prepared import Prepared, prepare
 from ramsight.studio.session import Session
+from ramsight.studio.setting import Setting
 from ramsight.studio.visitors import Place
 
 _LOOK = 0.1  # s, from one look at whether a machine is ready to the next
@@ -27,7 +28,7 @@ class Running:
         session: in which it does.
         place: of the visitor, with the session that is ended when he goes.
         naming: is passed the machine's name whenever another one runs.
-        scenario: that plays at first, or None.
+        setting: in which it begins.
     """
 
     def __init__(
@@ -37,10 +38,10 @@ class Running:
         session: Session,
         place: Place,
         naming: Callable[[str], object],
-        scenario: str | None,
+        setting: Setting,
     ) -> None:
         self._panel, self._place, self._naming = panel, place, naming
-        self._show(prepared, session, scenario)
+        self._show(prepared, session, setting)
 
     async def another(self, machine: Machine) -> Problem | None:
         """Let another machine run; the one before runs until that one is ready, and goes on if it cannot.
@@ -73,11 +74,13 @@ class Running:
         if before is not None:
             await run.io_bound(before.close)
         self._panel.clear()
-        self._show(prepared, session, None)  # whoever has described a machine moves it himself
+        self._show(
+            prepared, session, Setting(scenario=None), can_link=False
+        )  # whoever has described a machine moves it himself
         return None
 
-    def _show(self, prepared: Prepared, session: Session, scenario: str | None) -> None:
+    def _show(self, prepared: Prepared, session: Session, setting: Setting, *, can_link: bool = True) -> None:
         described = prepared.described
         self._naming(described.title or described.name)
         with self._panel:
-            live_page(prepared, session, scenario)
+            live_page(prepared, session, setting, can_link=can_link)

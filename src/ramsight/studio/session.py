@@ -110,10 +110,16 @@ class Session:
         self.about = about
 
     def _frame(self, frame: Frame) -> None:
-        self._frames.append(frame)
-        while len(self._frames) > _WAITING:
-            self._frames.popleft()
+        """Let a frame wait; the marks of one that is dropped for it come with it."""
+        while len(self._frames) >= _WAITING:
+            try:
+                gone = self._frames.popleft()
+            except IndexError:  # the page has just taken them
+                break
             self.dropped += 1
+            if gone.begun == frame.begun:
+                frame.marks = [*gone.marks, *frame.marks]
+        self._frames.append(frame)
 
     def _refused(self, text: str) -> None:
         self.refused = text

@@ -9,8 +9,8 @@ from nicegui import ui
 
 from ramsight.studio.said import LEVELS
 from ramsight.studio.session import Session
+from ramsight.studio.setting import STRIPS
 
-_STRIPS = ("position", "error", "status", "drive", "pressure")
 _LOOKS = 0.1  # s between two looks at whether the run has come
 _PATIENCE = 60.0  # s, after which it is given up
 _BUTTONS = (
@@ -34,15 +34,23 @@ def strips_panel(session: Session, units: list[str]) -> None:
                 ui.html("".join(_button(*one) for one in _BUTTONS), sanitize=False)
                 for unit in units:
                     _saving(session, unit, of_several=len(units) > 1)
-        for name in _STRIPS:
+        ui.html("".join(_shown(name) for name in STRIPS), sanitize=False).props(
+            'role=group aria-label="strips that are shown"'
+        )
+        for name in STRIPS:
             ui.element("div").props(f"id=strip-{name}").classes("w-full")
             if name == "status":
-                ui.html(_key(), sanitize=False)
+                ui.html(_key(), sanitize=False).props("id=strip-key")
 
 
 def _button(name: str, words: str, hint: str, kind: str) -> str:
     pressed = ' aria-pressed="false"' if kind else ""
     return f'<button type="button" id="{name}" class="small {kind}" title="{hint}"{pressed}>{words}</button>'
+
+
+def _shown(name: str) -> str:
+    """A button that shows a strip, or hides it."""
+    return f'<button type="button" class="small latch" data-strip="{name}" aria-pressed="true">{name}</button>'
 
 
 def _saving(session: Session, unit: str, *, of_several: bool) -> None:

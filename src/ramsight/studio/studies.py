@@ -62,7 +62,7 @@ def fill(say: Say, wanted: Wanted, below: Path) -> None:
         sheet = study.datasheet(found)
         say("so far", so_far(sheet, wanted.machines))
     sheet = whole.datasheet(found, whole.budget(0))
-    title = f"{wanted.machine.title or wanted.machine.name}, {wanted.unit}"
+    title = f"{wanted.machine.title or wanted.machine.name}, unit {wanted.unit}"
     write_sheet(sheet, found, out, title)
     say("written", str(out))
 

@@ -11,15 +11,14 @@ from ramsight.studio.draft import Problem
 from ramsight.studio.prepared import Prepared
 from ramsight.studio.rig_holder import Running
 from ramsight.studio.session import Session
+from ramsight.studio.setting import Setting
 from ramsight.studio.visit import Visit
 from ramsight.studio.visitors import Place
 
 Build = Callable[[Visit], None]
 
 
-def tabs(
-    prepared: Prepared, session: Session, place: Place, naming: Callable[[str], object], scenario: str | None
-) -> None:
+def tabs(prepared: Prepared, session: Session, place: Place, naming: Callable[[str], object], setting: Setting) -> None:
     """Lay the tabs out for one visitor.
 
     Args:
@@ -27,7 +26,7 @@ def tabs(
         session: in which it runs.
         place: of the visitor.
         naming: is passed the name of the machine that runs.
-        scenario: that plays at first; None for a machine that stands.
+        setting: in which it begins.
     """
     visit = Visit(prepared.described)
     ui.context.client.on_delete(lambda: background_tasks.create(run.io_bound(visit.end)))
@@ -37,7 +36,7 @@ def tabs(
         for name in _LATER:
             ui.tab(name)
     with ui.tab_panels(row, value="Live", keep_alive=True).classes("w-full bg-transparent"):
-        live = Running(ui.tab_panel("Live"), prepared, session, place, naming, scenario)
+        live = Running(ui.tab_panel("Live"), prepared, session, place, naming, setting)
         for name, build in _LATER.items():
             with ui.tab_panel(name) as panel:
                 waiting[name] = panel, build

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import secrets
 from contextlib import suppress
+from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
-from ramsight.errors import DescriptionError
+from ramsight.errors import DescriptionError, RamsightError
 from ramsight.machine import load_machine
 from ramsight.studio.guard import LOOPBACK, Guard
 from ramsight.studio.visitors import MOST, Place, Visitors
@@ -17,11 +19,13 @@ _INK = "#1f4e79"  # of buttons and sliders; white on it has a contrast of 8.6 : 
 _FREE = 16  # bytes of a token
 _SHOWN = 60.0  # s, within which a browser that shows a page asks for its socket
 _FORGOTTEN = 3600.0  # s, after which NiceGUI forgets a tab that nobody has come back to
+_KEPT = 16  # machines of the catalogue that were asked for by a link
 _GONE = 5.0  # s, until a page that has gone away is abandoned, and its machine ended
 
 
 _SCRIPTS = (
     "uPlot.iife.min.js", "studio.js", "timeline.js", "flows.js", "status.js", "space.js", "description.js", "energy.js",
+    "link.js",
 )  # fmt: skip
 _FIRST = (
     f'<div id="first" style="position:absolute;inset:0;padding:8px 16px;font:600 18px sans-serif;color:{_INK};'
@@ -66,11 +70,12 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
             "needs the extra studio: pip install 'ramsight[studio]'", key="ramsight studio"
         ) from None
     from starlette.middleware.gzip import GZipMiddleware
+    from starlette.responses import PlainTextResponse, Response
 
     from ramsight.studio.markup import served_under
-    from ramsight.studio.prepared import prepare
-    from ramsight.studio.scenarios import FIRST, NOTHING
+    from ramsight.studio.prepared import Prepared, prepare
     from ramsight.studio.session import Session
+    from ramsight.studio.setting import read_setting, with_unit
     from ramsight.studio.tabs import tabs
 
     token = None if host in LOOPBACK else secrets.token_urlsafe(_FREE)
@@ -78,13 +83,25 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
     app.add_static_files("/studio-assets", ASSETS)
     app.storage.max_tab_storage_age = _FORGOTTEN
     prepared, room = prepare(described), Visitors(visitors)
+
+    @lru_cache(_KEPT)
+    def of_catalogue(name: str) -> Prepared:
+        return prepare(load_machine(name))
+
     title = f"ramsight studio: {described.title or described.name}"
 
     @ui.page("/", title=title)
-    async def page() -> None:
+    async def page() -> Response | None:
         client = ui.context.client
         request = client.request
-        asked = request.query_params.get("play", FIRST)
+        try:
+            asked = read_setting(request.query_params)
+            chosen = prepared if asked.machine is None else await run.io_bound(of_catalogue, asked.machine)
+            if chosen is None:  # the server goes
+                return None
+            asked = replace(asked, unit=with_unit(asked, list(chosen.circuits)))
+        except RamsightError as error:
+            return PlainTextResponse(str(error), status_code=400)
         prefix = f"{request.headers.get('X-Forwarded-Prefix', '')}{request.scope.get('root_path', '')}"
         assets = served_under(prefix, "/studio-assets")
         ui.colors(primary=_INK)
@@ -100,20 +117,21 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
         with suppress(TimeoutError):
             await client.connected(_SHOWN)
         if client.is_deleted or not client.has_socket_connection:  # nobody looks: a page that runs no script
-            return
+            return None
         if not room.come():
             with body:
                 ui.label(room.full).classes("p-4").props("id=full role=alert")
-            return
+            return None
         place = Place(room)
         client.on_delete(lambda: background_tasks.create(place.leave()))
         async with place.changing:
-            session = await run.io_bound(Session, prepared.described)  # a process takes a while to start
+            session = await run.io_bound(Session, chosen.described)  # a process takes a while to start
             place.session = session
         if session is None or client.is_deleted:  # the server goes, or he has gone meanwhile
-            return
+            return None
         with body:
-            tabs(prepared, session, place, named.set_text, None if asked == NOTHING else asked)
+            tabs(chosen, session, place, named.set_text, asked)
+        return None
 
     print(f"ramsight studio: {address(host, port, token)}", flush=True)
     ui.run(

@@ -28,7 +28,7 @@ from ramsight.studio.scenarios import SCENARIOS
 from ramsight.studio.storyteller import Storyteller
 from ramsight.units import FREEZING, RPM
 
-_FRAME = 0.04  # s, from one frame to the next
+_FRAME = 1.0 / 30.0  # s, from one frame to the next
 _ALIVE = 0.5  # s, after which a machine that has no frame says that it is there
 _SMOOTH = 0.1  # share of a frame in how fast the machine is said to run
 _ROWS = 8  # of a frame, at most: of a faster machine only every nth sample is sent
@@ -107,7 +107,7 @@ class _Clock:
         self.rig, self.pipe, self.described, self.factor = rig, pipe, described, 1.0
         self.begun, self.steps, self.sent, self.accounted = time.perf_counter(), 0, 0.0, 0.0
         self.rows: list[dict[str, Row]] = []
-        self.ran, self.restarts, self.spoke = 0.0, 0, 0.0
+        self.ran, self.restarts, self.spoke, self.due = 0.0, 0, 0.0, 0.0
         self.story: Storyteller | None = None
 
     def go_on(self) -> None:
@@ -126,9 +126,9 @@ class _Clock:
                     self.story.look(self.rows[-1])
                 if time.perf_counter() > until:
                     break
-            if self.rows and now - self.sent >= _FRAME:
+            if self.rows and now >= self.due:
                 self.pipe.send(("frame", self._frame(now)))
-                self.sent = now
+                self.sent, self.due = now, max(self.due + _FRAME, now)  # as often as said, whatever a turn takes
             elif now - max(self.sent, self.spoke) >= _ALIVE:
                 self.pipe.send(("alive", None))
                 self.spoke = now
@@ -147,7 +147,7 @@ class _Clock:
                 case "scenario":
                     self._begin(values[0])
                 case "knobs":
-                    self.rig.turn(replace(self.rig.knobs, **values[0]))
+                    self._turn(values[0])
                 case "fault":
                     self.rig.fault(values[0], on=values[1])
                 case "refer":
@@ -175,6 +175,13 @@ class _Clock:
         if value != 0.0 and self.rig.duty is not None:
             self._play(None)
         self.rig.levers[unit] = min(max(value, -1.0), 1.0)
+
+    def _turn(self, knobs: dict[str, float]) -> None:
+        """Turn knobs; what the machine cannot have is said, and it stays as it was."""
+        try:
+            self.rig.turn(replace(self.rig.knobs, **knobs))
+        except RamsightError as error:
+            self.pipe.send(("refused", str(error)))
 
     def _play(self, duty: str | None) -> None:
         """Play a duty cycle, or nothing; a scenario that has not ended does so without its words to the end."""
@@ -248,6 +255,7 @@ class _Clock:
         frame.begun, frame.telling = self.restarts, None if self.story is None else self.story.telling
         frame.settings = {"knobs": asdict(self.rig.knobs), "faults": sorted(self.rig.faults), "duty": self.rig.duty}
         frame.settings |= {"speed": self.factor, "sensors": list(self.rig.sensors[first])}
+        frame.settings |= {"holds_oil": self.rig.holds_oil}
         self.rows = []
         return frame
 

@@ -23,6 +23,7 @@ from ramsight.drawing.mechanism.side_view import COLOURS, draw_ground, draw_rock
 from ramsight.optional import needing
 from ramsight.output import atomic_path, write_text
 from ramsight.plant.linked import LinkedMachine
+from ramsight.sensor.status import Status
 from ramsight.signals import Signals
 from ramsight.tracking.pieces import as_said
 
@@ -34,10 +35,11 @@ Array = NDArray[np.float64]
 PAGE_STEP = 0.1  # s between the page's pictures
 GIF_STEP = 0.5  # s between the GIF's, more if there would be more than ...
 _GIF_PICTURES = 160
+_GIF_WIDTH, _DPI = 800, 80  # pixels, and of an inch
 _GIF_SPEED = 5.0  # times faster than life
 _PAGE_SPEED = 2.0
 _MARGIN = 0.3  # m around all that moves
-_TITLE = 72  # letters in a line of the GIF's title
+_TITLE = 110  # letters in a line of the GIF's title
 _LEAST_TOP = 1.0  # mm, of the error's axis
 
 
@@ -88,7 +90,7 @@ def _times(run: xarray.Dataset, step: float) -> Array:
 def _unit(
     machine: LinkedMachine, run: xarray.Dataset, tracks: Mapping[str, xarray.Dataset], name: str, times: Array
 ) -> dict[str, Any]:
-    """Columns of one unit at times [s]; NaN where the sensor knows nothing."""
+    """Columns of one unit at times [s]; NaN where the sensor knows nothing, error and band where it is not usable."""
     position = np.interp(times, run["time"].values, run[f"{name}_position"].values)
     found: dict[str, Any] = {"name": name, "position": position, "tracked": name in tracks}
     nothing = np.full(len(times), np.nan)
@@ -100,7 +102,9 @@ def _unit(
         at = np.clip(np.searchsorted(track["time"].values, times + 1e-9, side="right") - 1, 0, None)
         found |= {"estimate": track["position"].values[at], "std": track["position_std"].values[at]}
         found["status"] = track["status"].values[at].astype(int)
-    found["error"] = found["estimate"] - position
+    usable = found["status"] < Status.NOT_REFERENCED
+    found["std"] = np.where(usable, found["std"], np.nan)
+    found["error"] = np.where(usable, found["estimate"] - position, np.nan)
     return found
 
 
@@ -177,10 +181,10 @@ def page_text(
 
 
 def error_range(unit: Mapping[str, Any]) -> float:
-    """Half the height of the error's axis [mm]: the largest error, and uncertainty up to twice of that."""
+    """Half the height of the error's axis [mm]: it holds all of error and band."""
     error = float(np.nanmax(np.abs(unit["error"]), initial=0.0)) * 1e3
-    usual = 2e3 * float(np.nanmedian(unit["std"])) if np.any(np.isfinite(unit["std"])) else 0.0
-    return max(1.1 * error, min(1.1 * usual, 2.2 * error), _LEAST_TOP)
+    band = 2e3 * float(np.nanmax(unit["std"], initial=0.0))
+    return max(1.1 * error, 1.1 * band, _LEAST_TOP)
 
 
 def bounds(machine: LinkedMachine, seen: Sequence[tuple[Shapes, Shapes | None]]) -> list[float]:
@@ -241,20 +245,22 @@ def _write_gif(
     payload = np.interp(times, run["time"].values, run["payload"].values)
     tracked = [unit for unit in units if unit["tracked"]]
     heights = [3.0, *(0.7 for _ in tracked)]
-    figure = Figure(figsize=(6.0, 4.6 + 0.9 * len(tracked)), dpi=80, layout="constrained")
+    figure = Figure(figsize=(_GIF_WIDTH / _DPI, 5.6 + 1.3 * len(tracked)), dpi=_DPI, layout="constrained")
     figure.suptitle("\n".join(wrap(title, _TITLE)), fontsize=8)
     canvas = FigureCanvasAgg(figure)
     panels = np.ravel(figure.subplots(len(heights), 1, height_ratios=heights))
     cursors = []
     for panel, unit in zip(panels[1:], tracked, strict=True):
         top = error_range(unit)
-        band = np.clip(2e3 * unit["std"], 0.0, top)
+        band = 2e3 * unit["std"]
         panel.fill_between(times, -band, band, color="#e9b44c", alpha=0.35, lw=0)
         panel.plot(times, 1e3 * unit["error"], color="#2a6f97", lw=1.2)
         panel.set(ylim=(-top, top), xlim=(times[0], times[-1]), ylabel="mm")
         panel.set_title(f"{unit['name']}: error, and twice the sensor's standard deviation", fontsize=8, loc="left")
-        panel.tick_params(labelsize=7)
+        panel.tick_params(labelsize=8)
         cursors.append(panel.axvline(0.0, color="#1f2a36", lw=0.8))
+    if tracked:
+        panels[-1].set_xlabel("time [s]", fontsize=8)
     pictures = []
     for k in which:
         axes = panels[0]

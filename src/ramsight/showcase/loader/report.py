@@ -86,9 +86,7 @@ def _unit(axes: Any, work: Work, name: str) -> None:
     axes[1].fill_between(time, -band, band, color=ESTIMATE, alpha=0.15, lw=0, label="sensor's 95 % band")
     axes[1].plot(time, error, color=ERROR, lw=1.0, label="sensor less truth")
     axes[1].axhline(0.0, color=TRUTH, lw=0.6)
-    usual = float(np.nanmedian(band)) if np.any(np.isfinite(band)) else 0.0
-    largest = float(np.nanmax(np.abs(error), initial=0.0))
-    reach = 1.2 * max(largest, min(usual, 2.0 * largest), 0.5)
+    reach = 1.1 * max(float(np.nanmax(one, initial=0.5)) for one in (np.abs(error), band))
     axes[1].set_ylim(-reach, reach)
     axes[1].legend(loc="best")
     axes[2].plot(time, run[f"{name}_motor_speed"].values / RPM, color=TRUTH, lw=1.0)

@@ -57,6 +57,34 @@
     document.getElementById("machine-follows")?.classList.toggle("old", Object.keys(wrong).length > 0);
   };
 
+  // A part of the circuit leads to the group that describes it, whatever the search leaves of the form; a button there
+  // leads back.
+  const back = Object.assign(document.createElement("button"), { type: "button", className: "small back", textContent: "back to the circuit" });
+  const part = (event) => event.target.closest?.("#machine-circuit [data-section]");
+  function lead(to) {
+    const group = document.querySelector(`#machine-form details[data-group="${CSS.escape(to.dataset.section)}"]`);
+    if (!group) return;
+    const search = document.getElementById("machine-search"), given = document.getElementById("machine-given");
+    if (group.hidden && search) { search.value = ""; given.checked = false; find(); }
+    for (const one of document.querySelectorAll("#machine-circuit .led")) one.classList.remove("led");
+    to.classList.add("led");
+    group.open = true;
+    group.scrollIntoView({ block: "center" });
+    group.querySelector("summary").after(back);
+    group.querySelector("summary").focus({ preventScroll: true });
+    back.onclick = () => { to.scrollIntoView({ block: "center" }); to.focus({ preventScroll: true }); };
+  }
+  document.addEventListener("click", (event) => { if (part(event)) lead(part(event)); });
+  document.addEventListener("keydown", (event) => {
+    if (!part(event) || !["Enter", " "].includes(event.key)) return;
+    event.preventDefault();
+    lead(part(event));
+  });
+  for (const kind of ["focusin", "mouseover"]) document.addEventListener(kind, (event) => {
+    const said = part(event) && document.getElementById("machine-part");
+    if (said) said.textContent = part(event).getAttribute("aria-label");
+  });
+
   // A form that is drawn again, or seen for the first time, is filled.
   addEventListener("DOMContentLoaded", () => {
     const empty = () => document.querySelector("#machine-form .field input:not([data-held])") && show();

@@ -38,7 +38,7 @@ studio.timeline = (() => {
 
   // A line in each strip; its words are in the first one, each below the last where they are close.
   function marked(plot) {
-    const { ctx, bbox } = plot, ratio = devicePixelRatio || 1, size = 11 * ratio, named = studio.plots()[0]?.plot === plot;
+    const { ctx, bbox } = plot, ratio = devicePixelRatio || 1, size = 11 * ratio, named = studio.plots().find((one) => !one.place.hidden)?.plot === plot;
     ctx.save();
     ctx.strokeStyle = ctx.fillStyle = studio.css("--soft");
     ctx.font = `${size}px sans-serif`;

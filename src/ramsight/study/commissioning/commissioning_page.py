@@ -54,11 +54,11 @@ def commissioning_page(
     Returns:
         HTML that needs no other file.
     """
-    parts = [f"<h1>{escape(title)}: commissioning</h1>"]
-    when = f"{made:%Y-%m-%d %H:%M} (UTC{made:%z})"
-    parts.append(f'<p class="source">Made {when} by ramsight {escape(__version__)} of</p>')
-    parts.append(table("", ("file", "name", "SHA-256"), (row(source) for source in sources), "sums"))
+    parts = [f"<h1>{escape(title)}: commissioning of the virtual position sensor</h1>"]
     parts += [f"<p>{_pill(done.verdict)} {escape(_WORDS[done.verdict])}</p>", *_reasons(done.reasons)]
+    when = f"{made:%Y-%m-%d %H:%M} (UTC{made:%z})"
+    parts.append(f'<p class="source">Report of {when}, by ramsight {escape(__version__)}, on these files:</p>')
+    parts.append(table("", ("file", "name", "SHA-256"), (row(source) for source in sources), "sums"))
     parts += ["<h2>What was looked at</h2>", _checks(done.findings)]
     parts += ["<h2>The log as it was read</h2>"]
     head = ("quantity", "channel", "unit", "sign", "scale", "offset", "stands for")

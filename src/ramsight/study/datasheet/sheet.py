@@ -176,8 +176,9 @@ class Sheet:
         for one in self.accuracy:
             if one.machines:
                 p95, most = 1e3 * one.quantiles[1].value, 1e3 * one.machine.value
+                which = f"{one.group}, after any number of references" if one.group == GROUPS[-1] else one.group
                 lines.append(
-                    f"  {one.group}: 95 % within {p95:.2f} mm, of 95 % of the machines within {most:.2f} mm, "
+                    f"  {which}: 95 % within {p95:.2f} mm, of 95 % of the machines within {most:.2f} mm, "
                     f"largest {1e3 * one.largest:.1f} mm (machine {one.worst})"
                 )
         said = ", ".join(f"{name} {100.0 * share:.1f} %" for name, share in self.validity.items())

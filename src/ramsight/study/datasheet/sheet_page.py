@@ -21,6 +21,11 @@ from ramsight.units import format_si
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_NO_END = "?"
+_OPEN_ENDED = (
+    f"An interval with “{_NO_END}”, as in “3 mm (2.5 to {_NO_END})”, has no end there: so few machines do not say with "
+    "95 % confidence how far the figure may be off. More machines do."
+)
 _DOTS = 110  # per inch
 _SCALES = {"m": (1e3, "mm"), "s": (1.0, "s"), "m/h": (1e3, "mm/h"), "m/K": (1e3, "mm/K"), "1": (100.0, "%")}
 _SURE = 3.0  # over the machines: with 95 % confidence no larger share is worse than the worst of them (rule of three)
@@ -38,7 +43,8 @@ def sheet_page(sheet: Sheet, title: str, drawn: Mapping[str, tuple[Figure, str]]
     Returns:
         HTML.
     """
-    parts = [f"<h1>{escape(title)}: data sheet of the virtual position sensor</h1>", _source(sheet), *_summary(sheet)]
+    head = [f"<h1>{escape(title)}: data sheet of the virtual position sensor</h1>", _source(sheet), *_summary(sheet)]
+    parts: list[str] = []
     parts += ["<h2>Accuracy</h2>", *_accuracy(sheet), *_figure(drawn, "errors"), *_figure(drawn, "machines")]
     parts += [
         "<h2>In the terms of IEC 61298-2</h2>",
@@ -56,7 +62,8 @@ def sheet_page(sheet: Sheet, title: str, drawn: Mapping[str, tuple[Figure, str]]
         parts += ["<h2>Recorded machines</h2>", *_recorded(sheet)]
     parts += ["<h2>The worst machines</h2>", *_worst(sheet)]
     parts += ["<h2>What was assumed</h2>", *_assumed(sheet)]
-    return page(f"{title}: data sheet", parts)
+    open_ended = any(one in part for part in parts for one in (f"{_NO_END})", f"({_NO_END}"))
+    return page(f"{title}: data sheet", [*head, *([f"<p>{_OPEN_ENDED}</p>"] if open_ended else []), *parts])
 
 
 def _source(sheet: Sheet) -> str:
@@ -99,7 +106,9 @@ def _accuracy(sheet: Sheet) -> list[str]:
     rows = (row(_accuracy_cells(k, one)) for k, one in enumerate(sheet.accuracy) if one.machines)
     note = (
         "Magnitude of the error in mm, over all machines and all samples; behind each figure its 95 % interval. "
-        "“95 % of machines” keep this for 95 % of their time. Positions that the sensor calls invalid do not count."
+        "“95 % of machines” keep this for 95 % of their time. Positions that the sensor calls invalid do not count. "
+        f"The last line, “{GROUPS[-1]}”, has the samples of all machines whose status is ok, after however many "
+        "references."
     )
     return [table(note, head, rows, "numbers")]
 
@@ -273,7 +282,7 @@ def shown(known: Known, unit: str, *, with_unit: bool = True) -> str:
     tail = f" {word}" if with_unit else ""
     if math.isnan(known.low):
         return f"{scale * known.value:.3g}{tail}"
-    ends = (f"{scale * end:.3g}" if math.isfinite(end) else "?" for end in (known.low, known.high))
+    ends = (f"{scale * end:.3g}" if math.isfinite(end) else _NO_END for end in (known.low, known.high))
     return f"{scale * known.value:.3g}{tail} ({' to '.join(ends)})"
 
 
