@@ -3,8 +3,7 @@
 python benchmarks/studio.py --out studio.json --minutes 10
 
 Needs a Chromium and the extra dev. Without a graphics card the machine in space is drawn by the processor, which takes
-part of what is measured. While several visitors are there their browsers go behind the server and its machines: each
-visitor has a computer of his own.
+part of what is measured: above all with several visitors, whose browsers are all on this computer.
 """
 
 import argparse
@@ -99,13 +98,6 @@ def free_port() -> int:
         return int(free.getsockname()[1])
 
 
-def behind(share: int) -> None:
-    """Let browsers go behind what serves them."""
-    for one in psutil.Process().children(recursive=True):
-        if "chrom" in one.name():
-            one.nice(one.nice() + share)
-
-
 def newest(page: Any) -> float:
     """Newest time of the machine that the page has [s]."""
     return float(page.evaluate("studio.units.boom.time.at(-1)"))
@@ -124,6 +116,22 @@ def workers(server: subprocess.Popen[str]) -> list[float]:
     """Memory of the machines' processes [MiB]."""
     below = psutil.Process(server.pid).children(recursive=True)
     return [p.memory_info().rss / 2**20 for p in below if "spawn_main" in " ".join(p.cmdline())]
+
+
+def several(
+    browser: Any, address: str, server: subprocess.Popen[str], there: list[Any], sessions: int
+) -> dict[str, float]:
+    """So many visitors at once, all machines moving: how fast their time goes beside ours, and the processes left."""
+    pages = [*there, *(opened(browser, address) for _ in range(sessions - len(there)))]
+    for one in pages:
+        one.get_by_role("button", name="lift boom").click()
+    pages[0].wait_for_timeout(5000)
+    before, begun = [newest(one) for one in pages], time.monotonic()
+    pages[0].wait_for_timeout(1e3 * _WATCHED)
+    after, passed = [newest(one) for one in pages], time.monotonic() - begun
+    gone = [(now - then) / passed for now, then in zip(after, before, strict=True)]
+    found = {"number": sessions, "slowest_of_life": min(gone), "fastest_of_life": max(gone)}
+    return found | {"alive": len(workers(server)), "load": os.getloadavg()[0]}
 
 
 def measure(minutes: float, sessions: int, keep: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
@@ -149,16 +157,7 @@ def measure(minutes: float, sessions: int, keep: Callable[[dict[str, Any]], obje
             again = opened(browser, address)
             found["again_first_paint_s"], found["again_laid_out_s"] = first_paint(again), laid_out(again)
             keep(found)
-            pages = [again, *(opened(browser, address) for _ in range(sessions - 1))]
-            behind(10)
-            for one in pages:
-                one.get_by_role("button", name="lift boom").click()
-            before = [newest(one) for one in pages]
-            again.wait_for_timeout(1e3 * _WATCHED)
-            gone = [(newest(one) - then) / _WATCHED for one, then in zip(pages, before, strict=True)]
-            found["sessions"] = {"number": sessions, "slowest_of_life": min(gone), "fastest_of_life": max(gone)}
-            found["sessions"]["alive"] = len(workers(server))
-            found["sessions"]["load"] = os.getloadavg()[0]
+            found["sessions"] = several(browser, address, server, [again], sessions)
             browser.close()
     finally:
         server.terminate()

