@@ -342,9 +342,10 @@ def main():
     sensor(results, options.quick)
     starts(results, options.quick)
     track_start(results, options.quick)
-    text = json.dumps({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in results.items()}, indent=1)
-    options.out.write_text(text + "\n")
-    print(text)
+    results = {k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in results.items()}
+    kept = json.loads(options.out.read_text()) if options.out.exists() else {}
+    options.out.write_text(json.dumps(kept | results, indent=1) + "\n")
+    print(json.dumps(results, indent=1))
 
 
 if __name__ == "__main__":
