@@ -69,7 +69,7 @@ bench: $(INSTALLED)
 	$(BIN)/python benchmarks/growth.py --out bench.json
 	$(BIN)/python benchmarks/peers.py --out bench.json
 	$(BIN)/python benchmarks/figures.py bench.json docs/images
-	$(BIN)/python benchmarks/page.py
+	$(BIN)/python benchmarks/limits_page.py
 	$(BIN)/python benchmarks/studio.py --out studio.json
 
 study: $(INSTALLED)

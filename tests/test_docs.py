@@ -132,7 +132,7 @@ def test_the_performance_page_quotes_the_benchmark():
 
 def test_the_page_of_limits_and_growth_quotes_the_benchmark(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
-    page = importlib.import_module("page")
+    page = importlib.import_module("limits_page")
     for name, rows in page.tables(json.loads((ROOT / "bench.json").read_text())).items():
         assert f"<!-- {name} -->\n\n" + "\n".join(rows) + f"\n\n<!-- end of {name} -->" in page.PAGE.read_text(), name
 
