@@ -55,6 +55,7 @@ NEEDED = {
         ("track", "mining-loader", str(DAY), "--unit", "boom", "--out", "track.nc"),
         ("simulate", *BOOM, "--load", "100 kN", "--out", "run.nc"),
         ("compare", "mining-loader", str(DAY), str(TRUTH), "--unit", "boom"),
+        ("logs", "shared", str(DAY), str(DAY)),
     ],
     "datasets,figures": [
         ("loader", "--out", "loader"),
@@ -177,7 +178,7 @@ from tests.made_once import share
 share()
 for name in {ABSENT}:
     sys.modules[name] = None
-import numpy as np, ramsight
+import importlib, numpy as np, ramsight
 boom = ramsight.build("mining-loader", "boom")
 sensor = ramsight.sensor_for(boom)
 sensor.start(position="100 mm")
@@ -192,6 +193,7 @@ for call in (
     lambda: ramsight.commission(boom, sys.argv[1]),
     lambda: ramsight.Study("mining-loader", unit="boom"),
     lambda: ramsight.position_env("press"),
+    lambda: importlib.import_module("ramsight.deploy.encoder"),
 ):
     try:
         call()
@@ -204,12 +206,13 @@ def test_python_says_the_same(folder):
     command = [sys.executable, "-c", PYTHON, str(DAY)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
     assert done.returncode == 0, done.stderr
-    *numbers, datasets, tracks, logs, identify, commission, study, gym = done.stdout.splitlines()
+    *numbers, datasets, tracks, logs, identify, commission, study, gym, encoder = done.stdout.splitlines()
     assert numbers == ["0.1", "0.02", "True"]
     assert {datasets, tracks, logs} == {'a Dataset needs the package xarray: pip install "ramsight[datasets]"'}
     assert {identify, commission} == {'an identification needs the package xarray: pip install "ramsight[identify]"'}
     assert study == 'a study needs the package xarray: pip install "ramsight[study]"'
     assert gym == 'needs the package gymnasium: pip install "ramsight[gym]"'
+    assert encoder == 'the encoder needs the package canopen: pip install "ramsight[can]"'
 
 
 def names_of(extra):

@@ -11,6 +11,7 @@ from types import ModuleType
 from ramsight.errors import MissingPackageError
 
 USES = {
+    "can": "the encoder",
     "datasets": "a Dataset",
     "figures": "a figure",
     "identify": "an identification",
