@@ -88,7 +88,10 @@ NEEDED = {
         ("track", "mining-loader", "log.mat", "--unit", "boom"),
         ("track", "mining-loader", "log.parquet", "--unit", "boom"),
     ],
-    "can": [("logs", "replay", str(DAY), "--channel", "can0", "--rated-torque", "80 N m")],
+    "can": [
+        ("check", *BOOM, "--map", "measured.toml"),
+        ("logs", "replay", str(DAY), "--channel", "can0", "--rated-torque", "80 N m"),
+    ],
     "study": [("datasheet", *BOOM, "--out", "sheet")],
     "studio": [("studio", "--no-show")],
 }
@@ -228,6 +231,28 @@ def test_what_is_looked_for_is_what_the_extra_installs():
         assert set(packages) <= names_of(extra)
         assert not set(packages) & {Requirement(one).name for one in PROJECT["dependencies"]}
     assert set(optional.USES) >= set(optional.PACKAGES)
+
+
+NEEDS = {
+    "can": r"^import can$|^ramsight (encoder|logs replay) ",
+    "datasets": r"\bramsight\.(simulate|drive_report|read_log|track|compare)\(|^ramsight (compare|loader|paper) ",
+    "figures": r"\bramsight\.plot\(|^ramsight .*--figure|^ramsight commission .*--out",
+    "identify": r"^ramsight (identify|commission) |\bramsight\.(identify|commission)\(",
+}
+"""Lines of a tutorial that need an extra."""
+
+
+TUTORIALS = [page for page in sorted((ROOT / "docs" / "tutorials").glob("*.md")) if page.stem != "index"]
+
+
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_a_tutorial_names_the_extras_that_it_needs(page):
+    text = page.read_text(encoding="utf-8")
+    named = set(re.findall(r"`(\w+)`", text[: text.index("](../how-to/install.md)")])) & EXTRAS.keys()
+    there = set().union(*map(names_of, named))
+    for extra, lines in NEEDS.items():
+        found = re.search(lines, text, flags=re.MULTILINE)
+        assert found is None or names_of(extra) <= there, (found[0], extra, named)
 
 
 def test_all_has_every_extra_of_a_user():

@@ -20,6 +20,7 @@ USES = {
 }
 """What an extra is for, as messages begin."""
 PACKAGES = {
+    "can": ("canopen",),
     "datasets": ("xarray", "h5netcdf", "h5py"),
     "figures": ("matplotlib",),
     "identify": ("xarray", "scipy", "tomlkit"),
