@@ -12,6 +12,8 @@ import pytest
 import xarray
 
 import ramsight
+from ramsight.calibration.leakage import LeakTestError
+from ramsight.duty.faults import Fault, inject
 
 from .command import at_once
 
@@ -212,6 +214,28 @@ def test_a_track_that_cannot_be_says_why(boom, run, log, more, error, words):
         more = more | {"truth": run.assign_coords(time=run["time"] + 1e6)}
     with pytest.raises(getattr(ramsight, error), match=words):
         ramsight.track(boom, run if log is None else log, **more)
+
+
+def test_what_a_log_has_beside_time_is_no_matter(boom, run):
+    log = ramsight.drive_report(run)
+    beside = log.assign_coords(machine=3, duty=("duties", [1.0, 2.0]))
+    assert ramsight.track(boom, beside, "120 mm").identical(ramsight.track(boom, log, "120 mm"))
+    with pytest.raises(LeakTestError):  # as of the log itself: there is none in it
+        ramsight.leak_test(boom, beside)
+    with pytest.raises(ramsight.DescriptionError, match=r"log: motor_torque = .*: does not run over time alone"):
+        ramsight.track(boom, log.assign(motor_torque=1.0))
+
+
+def test_a_drive_report_and_a_fault_leave_what_they_are_made_of(run):
+    run = run.assign(valve_command=("time", np.zeros(run.sizes["time"])))
+    log = ramsight.drive_report(run)
+    log["valve_command"].values[:] = 1.0
+    assert not run["valve_command"].values.any()
+    before = log.copy(deep=True)
+    faulty = inject(log, Fault("stuck", 1.0, 2.0, "motor_speed"))
+    for name in faulty:
+        faulty[name].values[:] = -1.0
+    assert log.identical(before)
 
 
 def test_many_runs_are_the_runs_one_by_one(boom):

@@ -55,19 +55,43 @@ NEEDED = {
         ("track", "mining-loader", str(DAY), "--unit", "boom", "--out", "track.nc"),
         ("simulate", *BOOM, "--load", "100 kN", "--out", "run.nc"),
         ("compare", "mining-loader", str(DAY), str(TRUTH), "--unit", "boom"),
+        ("logs", "shared", str(DAY), str(DAY)),
     ],
-    "datasets,figures": [("loader", "--out", "loader"), ("paper", "--out", "paper")],
+    "datasets,figures": [
+        ("loader", "--out", "loader"),
+        ("paper", "--out", "paper"),
+        ("compare", "mining-loader", str(DAY), str(TRUTH), "--unit", "boom", "--figure", "both.png"),
+    ],
     "identify": [
         ("identify", "mining-loader", str(DAY), "--truth", str(TRUTH), "--unit", "boom"),
         ("commission", "mining-loader", str(DAY), "--unit", "boom"),
+        (
+            "compare",
+            "mining-loader",
+            str(DAY),
+            "--unit",
+            "boom",
+            "--dc",
+            "90 %",
+            "--false-alarms",
+            "1e-5/h",
+            "--other-std",
+            "1 mm",
+            "--drift",
+            "5 mm",
+        ),
     ],
+    "identify,figures": [("commission", "mining-loader", str(DAY), "--unit", "boom", "--out", "report.html")],
     "logs": [
         ("track", "mining-loader", str(DAY), "--unit", "boom", "--out", "track.parquet"),
         ("track", "mining-loader", str(DAY), "--unit", "boom", "--out", "track.mf4"),
         ("track", "mining-loader", "log.mat", "--unit", "boom"),
         ("track", "mining-loader", "log.parquet", "--unit", "boom"),
     ],
-    "can": [("logs", "replay", str(DAY), "--channel", "can0", "--rated-torque", "80 N m")],
+    "can": [
+        ("check", *BOOM, "--map", "measured.toml"),
+        ("logs", "replay", str(DAY), "--channel", "can0", "--rated-torque", "80 N m"),
+    ],
     "study": [("datasheet", *BOOM, "--out", "sheet")],
     "studio": [("studio", "--no-show")],
 }
@@ -157,7 +181,7 @@ from tests.made_once import share
 share()
 for name in {ABSENT}:
     sys.modules[name] = None
-import numpy as np, ramsight
+import importlib, numpy as np, ramsight
 boom = ramsight.build("mining-loader", "boom")
 sensor = ramsight.sensor_for(boom)
 sensor.start(position="100 mm")
@@ -172,6 +196,7 @@ for call in (
     lambda: ramsight.commission(boom, sys.argv[1]),
     lambda: ramsight.Study("mining-loader", unit="boom"),
     lambda: ramsight.position_env("press"),
+    lambda: importlib.import_module("ramsight.deploy.encoder"),
 ):
     try:
         call()
@@ -184,12 +209,13 @@ def test_python_says_the_same(folder):
     command = [sys.executable, "-c", PYTHON, str(DAY)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
     assert done.returncode == 0, done.stderr
-    *numbers, datasets, tracks, logs, identify, commission, study, gym = done.stdout.splitlines()
+    *numbers, datasets, tracks, logs, identify, commission, study, gym, encoder = done.stdout.splitlines()
     assert numbers == ["0.1", "0.02", "True"]
     assert {datasets, tracks, logs} == {'a Dataset needs the package xarray: pip install "ramsight[datasets]"'}
     assert {identify, commission} == {'an identification needs the package xarray: pip install "ramsight[identify]"'}
     assert study == 'a study needs the package xarray: pip install "ramsight[study]"'
     assert gym == 'needs the package gymnasium: pip install "ramsight[gym]"'
+    assert encoder == 'the encoder needs the package canopen: pip install "ramsight[can]"'
 
 
 def names_of(extra):
@@ -205,6 +231,28 @@ def test_what_is_looked_for_is_what_the_extra_installs():
         assert set(packages) <= names_of(extra)
         assert not set(packages) & {Requirement(one).name for one in PROJECT["dependencies"]}
     assert set(optional.USES) >= set(optional.PACKAGES)
+
+
+NEEDS = {
+    "can": r"^import can$|^ramsight (encoder|logs replay) ",
+    "datasets": r"\bramsight\.(simulate|drive_report|read_log|track|compare)\(|^ramsight (compare|loader|paper) ",
+    "figures": r"\bramsight\.plot\(|^ramsight .*--figure|^ramsight commission .*--out",
+    "identify": r"^ramsight (identify|commission) |\bramsight\.(identify|commission)\(",
+}
+"""Lines of a tutorial that need an extra."""
+
+
+TUTORIALS = [page for page in sorted((ROOT / "docs" / "tutorials").glob("*.md")) if page.stem != "index"]
+
+
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_a_tutorial_names_the_extras_that_it_needs(page):
+    text = page.read_text(encoding="utf-8")
+    named = set(re.findall(r"`(\w+)`", text[: text.index("](../how-to/install.md)")])) & EXTRAS.keys()
+    there = set().union(*map(names_of, named))
+    for extra, lines in NEEDS.items():
+        found = re.search(lines, text, flags=re.MULTILINE)
+        assert found is None or names_of(extra) <= there, (found[0], extra, named)
 
 
 def test_all_has_every_extra_of_a_user():

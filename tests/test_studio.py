@@ -171,6 +171,11 @@ def test_what_a_link_cannot_hold_is_refused_in_one_line(name, value):
     assert len(text) < 400
 
 
+def test_a_link_that_plays_what_there_is_not_lists_all_that_there_is():
+    with pytest.raises(RamsightError, match=r"unknown play 'worm'.*\bnone\b.*\bworn\b"):
+        read_setting({"play": "worm"})
+
+
 def test_a_link_to_a_unit_that_does_not_run_is_refused():
     assert with_unit(read_setting({}), ["boom", "bucket"]) == "boom"
     assert with_unit(read_setting({"unit": "bucket"}), ["boom", "bucket"]) == "bucket"

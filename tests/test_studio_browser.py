@@ -837,6 +837,7 @@ def test_a_link_to_another_machine_of_the_catalogue_opens_it_and_one_that_lies_i
     other.get_by_text("runs", exact=True).wait_for(timeout=READY)
     wait(other, lambda: newest(other, "position", "ram") is not None)
     assert "press" in other.locator("#machine-name").inner_text().lower()
+    assert "press" in other.title().lower()
     assert other.get_by_role("slider", name="load [% of the largest]").get_attribute("aria-valuenow") == "80"
     other.close()
 

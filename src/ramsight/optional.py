@@ -11,6 +11,7 @@ from types import ModuleType
 from ramsight.errors import MissingPackageError
 
 USES = {
+    "can": "the encoder",
     "datasets": "a Dataset",
     "figures": "a figure",
     "identify": "an identification",
@@ -19,6 +20,7 @@ USES = {
 }
 """What an extra is for, as messages begin."""
 PACKAGES = {
+    "can": ("canopen",),
     "datasets": ("xarray", "h5netcdf", "h5py"),
     "figures": ("matplotlib",),
     "identify": ("xarray", "scipy", "tomlkit"),

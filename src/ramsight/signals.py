@@ -53,10 +53,11 @@ class Signals:
 
     @classmethod
     def of(cls, samples: Samples) -> Signals:
-        """The columns of a Dataset over `time`; what are columns already stay as they are."""
+        """The columns of a Dataset over `time` alone; what are columns already stay as they are."""
         if isinstance(samples, Signals):
             return samples
-        columns = {str(name): Signal(one.values, dict(one.attrs)) for name, one in samples.variables.items()}
+        over_time = {str(name): one for name, one in samples.variables.items() if one.dims == (TIME,)}
+        columns = {name: Signal(one.values, dict(one.attrs)) for name, one in over_time.items()}
         return cls(columns, dict(samples.attrs))
 
     def __getitem__(self, name: str) -> Signal:

@@ -73,7 +73,7 @@ def checked(passed: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.
         needed: names of variables; by default those of a drive log.
 
     Raises:
-        DescriptionError: it is none.
+        DescriptionError: it is none, or a variable does not run over time alone.
         MissingColumnError: a variable is absent.
     """
     with needing("datasets"):
@@ -81,9 +81,15 @@ def checked(passed: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.
 
     if not isinstance(passed, xarray.Dataset):
         raise DescriptionError("is no Dataset", key=name, value=passed, allowed=_LOG)
+    needed = tuple(needed)
     missing = [one for one in needed if one not in passed.variables]
     if missing:
         raise MissingColumnError(file=name, missing=missing, found=[str(one) for one in passed.variables])
+    for one in needed:
+        if passed[one].dims != ("time",):
+            raise DescriptionError(
+                "does not run over time alone", key=f"{name}: {one}", value=passed[one].dims, allowed="time"
+            )
     return passed
 
 

@@ -61,10 +61,12 @@ def commission(
     from ramsight.logs.channel_map import load_map
     from ramsight.logs.mapped import standard_map
     from ramsight.machine import load_machine
+    from ramsight.optional import check_extra
     from ramsight.output import check_apart, check_target, write_text
     from ramsight.study.commissioning.finding import Verdict
 
     check_target(out, (".html",))
+    check_extra("identify", *(["figures"] if out is not None else []))  # the report has a figure
     check_target(keep, (".json",))
     check_target(tuned, (".toml",))
     read: dict[str, str | Path | None] = {

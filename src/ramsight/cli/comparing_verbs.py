@@ -61,7 +61,8 @@ def compare(
     asked = {"--dc": dc, "--false-alarms": false_alarms, "--other-std": other_std, "--drift": drift}
     _check_asked(asked, within, other, tolerance, {"--out": out, "--figure": figure})
     from ramsight.api.second_channel import compare as compared
-    from ramsight.output import check_apart, check_figure, check_installed, check_target
+    from ramsight.optional import check_extra
+    from ramsight.output import FIGURE_FILES, check_apart, check_installed, check_target
     from ramsight.sensor.comparing import TOLERANCE
     from ramsight.tracking.compared_figure import compared_figure, write_compared
     from ramsight.tracking.figures import verbatim
@@ -69,7 +70,8 @@ def compare(
     check_target(out, (".csv", ".csv.gz", ".parquet"))
     if out is not None:
         check_installed(out)
-    check_figure(figure)
+    check_target(figure, FIGURE_FILES)
+    check_extra("datasets" if dc is None else "identify", *(["figures"] if figure is not None else []))
     read: dict[str, str | Path | None] = {"the machine": machine, "the log": log, "the other": other}
     check_apart(read | {"--map": channel_map}, {"--out": out, "--figure": figure})
     if dc is not None and false_alarms is not None and other_std is not None and drift is not None:

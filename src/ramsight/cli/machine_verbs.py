@@ -32,10 +32,13 @@ def check(
     from ramsight.api.abilities import abilities
     from ramsight.machine import load_machine
     from ramsight.machine.tables import rows_of, show
+    from ramsight.optional import check_extra
     from ramsight.output import check_figure
     from ramsight.plant.machine_tables import machine_summary
 
     check_figure(figure)
+    if channel_map is not None:
+        check_extra("can")
     described = load_machine(machine)
     show(machine_summary(described, unit))
     for name in described.units if unit is None else (unit,):

@@ -185,7 +185,7 @@ def declared_report(unit: HydraulicUnit, seed: int, like: DriveReport | None = N
 
 def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Dataset:
     """The drive log of a simulated run, as Datasets; arguments as `reported`."""
-    return reported(Signals.of(run), how).dataset()
+    return reported(Signals.of(run), how).dataset().copy(deep=True)  # its values are its own
 
 
 def reported(run: Signals, how: DriveReport | None = None) -> Signals:

@@ -63,7 +63,7 @@ def inject(log: xarray.Dataset, fault: Fault, seed: int = 0) -> xarray.Dataset:
         >>> inject(log, Fault("stuck", 0.1, 0.2, "motor_speed"))["motor_speed"].values.tolist()
         [0.0, 1.0, 1.0, 3.0]
     """
-    return faulty(Signals.of(log), fault, seed).dataset()
+    return faulty(Signals.of(log), fault, seed).dataset().copy(deep=True)  # its values are its own
 
 
 def faulty(log: Signals, fault: Fault, seed: int = 0) -> Signals:

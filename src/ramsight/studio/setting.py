@@ -109,7 +109,7 @@ def read_setting(query: Mapping[str, str]) -> Setting:
     return Setting(
         machine=machine,
         unit=query.get("unit"),
-        scenario=None if play == NOTHING else _one_of(SCENARIOS, "play", play),
+        scenario=None if play == NOTHING else _one_of((*SCENARIOS, NOTHING), "play", play),
         knobs={knob.name: knob.si(_number(query, knob.name, knob.least, knob.most))
                for knob in KNOBS if knob.name in query},
         faults=_some_of(FAULTS, query, "faults", ()),

@@ -8,8 +8,10 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
-from ramsight.errors import DescriptionError, RamsightError
+from ramsight.errors import RamsightError
 from ramsight.machine import load_machine
+from ramsight.machine.description import Machine
+from ramsight.optional import needing
 from ramsight.studio.guard import LOOPBACK, Guard
 from ramsight.studio.visitors import MOST, Place, Visitors
 
@@ -48,6 +50,16 @@ def address(host: str, port: int, token: str | None) -> str:
     return f"http://{name}:{port}/" + (f"?token={token}" if token else "")
 
 
+def title_of(machine: Machine) -> str:
+    """What a browser shows of a page.
+
+    Example:
+        >>> title_of(load_machine("press"))
+        'ramsight studio: Stationary press, 400 kN'
+    """
+    return f"ramsight studio: {machine.title or machine.name}"
+
+
 def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOST) -> None:
     """Serve the studio until it is interrupted.
 
@@ -59,16 +71,13 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
         visitors: that are let in at a time.
 
     Raises:
-        DescriptionError: the extra `studio` is not installed, or the machine cannot be used.
+        MissingPackageError: the extra `studio` is not installed.
+        DescriptionError: the machine cannot be used.
         UnknownNameError: there is no such machine.
     """
     described = load_machine(machine)
-    try:
+    with needing("studio"):
         from nicegui import app, background_tasks, run, ui
-    except ImportError:
-        raise DescriptionError(
-            "needs the extra studio: pip install 'ramsight[studio]'", key="ramsight studio"
-        ) from None
     from starlette.middleware.gzip import GZipMiddleware
     from starlette.responses import PlainTextResponse, Response
 
@@ -88,7 +97,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
     def of_catalogue(name: str) -> Prepared:
         return prepare(load_machine(name))
 
-    title = f"ramsight studio: {described.title or described.name}"
+    title = title_of(described)
 
     @ui.page("/", title=title)
     async def page() -> Response | None:
@@ -104,6 +113,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
             return PlainTextResponse(str(error), status_code=400)
         prefix = f"{request.headers.get('X-Forwarded-Prefix', '')}{request.scope.get('root_path', '')}"
         assets = served_under(prefix, "/studio-assets")
+        ui.page_title(title_of(chosen.described))
         ui.colors(primary=_INK)
         for name in ("uPlot.min.css", "studio.css"):
             ui.add_head_html(f'<link rel="stylesheet" href="{assets}/{name}">')

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +18,6 @@ from ramsight.normal import upper_tail
 from ramsight.sensor.status import Status, is_invalid
 from ramsight.signals import Samples
 from ramsight.tracking.end_visits import visits
-
-if TYPE_CHECKING:
-    pass
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-import can
 from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.runner import message_of
+from ramsight.optional import needing
+
+with needing("can"):
+    import can
 
 _LONGEST_WAIT = 0.1  # s; so that progress is seen, and a wish to stop noticed
 

@@ -10,11 +10,14 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import can
 from ramsight.deploy.encoder.encoder import Encoder
 from ramsight.deploy.encoder.frame import EXTENDED, Frame
 from ramsight.deploy.encoder.j1939 import Broadcasting
 from ramsight.errors import RamsightError
+from ramsight.optional import needing
+
+with needing("can"):
+    import can
 
 
 class BusError(RamsightError):

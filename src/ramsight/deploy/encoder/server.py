@@ -6,14 +6,16 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-import canopen
-from canopen.objectdictionary import ODVariable
-from canopen.sdo.exceptions import SdoAbortedError
-from canopen.sdo.server import SdoServer
-
 from ramsight.deploy.encoder.eds import object_dictionary
 from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.objects import BITS, ENTRIES
+from ramsight.optional import needing
+
+with needing("can"):
+    import canopen
+    from canopen.objectdictionary import ODVariable
+    from canopen.sdo.exceptions import SdoAbortedError
+    from canopen.sdo.server import SdoServer
 
 STOPPED, OPERATIONAL, PRE_OPERATIONAL = 4, 5, 127
 RESET_NODE, RESET_COMMUNICATION = 129, 130
