@@ -418,7 +418,7 @@ def test_a_step_takes_three_pages_of_stack(tmp_path):
     found = footprint(COMPILER, done.folder, "ramsight_boom", single=False, optimised="-O2")
     assert found.stack < 12288
     assert found.state < 4096
-    assert found.code < 225 * 1024
+    assert found.code < 240 * 1024
 
 
 PARTS = ("Input check", "Balance", "Contacts", "Update", "Status", "Results")
@@ -452,8 +452,8 @@ def test_functions_are_of_some_hundred_lines_and_what_hypotheses_share_stands_on
     functions_of = re.compile(r"\{\n(.*?)\n\}\n", flags=re.DOTALL)
     lengths = [len(body.split("\n")) for text in texts for body in functions_of.findall(text)]
     assert len(lengths) > 40
-    assert max(lengths) < 450
-    assert sum(lengths) < 19_000  # 28 000 where each hypothesis has its own
+    assert max(lengths) < 500
+    assert sum(lengths) < 18_000  # 28 000 where each hypothesis has its own
     assert sum(text.count("k < EACH") for text in texts) > 10
 
 

@@ -38,7 +38,6 @@ from ramsight.sensor.measurement import (
     log_likelihood,
     normalised,
     reweighed,
-    weighed,
 )
 from ramsight.sensor.mixture import Mixture, flag_of_likeliest, leads, of_likeliest
 from ramsight.sensor.pressing import odds_of_obstacle
@@ -335,11 +334,8 @@ class Bank:
         use, row = m.use, m.row(with_link=self._with_link)
         chance = ca.log(m.obstacle / self.model.stroke)  # of its density, were it anywhere in the stroke
         kept = normalised(self.hypotheses)
-        before, lost_before = self._restarted(kept, m, row, chance)
-        first = [weighed(h, m, row, chance, self.model) for h in before]
-        found = leads(normalised(reweighed(first, self._counts(m))), len(first) - 1)
-        before = self._with_ends_elsewhere(found, before, lost_before)
-        each = [corrected(h, m, row, chance, self.model) for h in before]
+        restarted, lost_before = self._restarted(kept, m, row, chance)
+        each = [corrected(h, m, row, chance, self.model) for h in restarted]
         hypotheses = normalised(reweighed(each, self._counts(m)))
         fits = flag_of_likeliest(hypotheses, [one.fits for one in each])
         normal = of_likeliest(hypotheses, [one.normal for one in each])
@@ -350,7 +346,10 @@ class Bank:
         # A reference is never an obstacle.
         obstacle = ca.if_else(any_of(m.low, m.top), chance, UNREACHABLE)
         odds = [obstacle - one.likelihood for one in (each[0], each[-1])]
-        renewed, restarts, by_obstacle, lost = self._renewed(hypotheses, found, fits, kept[0], odds)
+        found = leads(hypotheses, len(hypotheses) - 1)
+        by_low = self._placed(self.state.by_low, all_of(m.low, each[-1].fits), lost_before)
+        by_top = self._placed(self.state.by_top, all_of(m.top, each[-1].fits), lost_before)
+        renewed, restarts, by_obstacle, lost = self._renewed(hypotheses, found, fits, kept, odds, (by_low, by_top))
         unplaced = all_of(use, lost)
         together = self.together.reweighed(renewed, use, renewed)
         after = [choose(use, new, old) for new, old in zip(renewed, kept, strict=True)]
@@ -367,17 +366,12 @@ class Bank:
             room=ca.if_else(unplaced, 1.0, self.state.room),
             met_low=self.state.met_low + count(all_of(use, accepted, m.low)),
             met_top=self.state.met_top + count(all_of(use, accepted, m.top)),
-            by_low=self._placed(use, self.state.by_low, all_of(m.low, each[-1].fits), lost_before, restarts),
-            by_top=self._placed(use, self.state.by_top, all_of(m.top, each[-1].fits), lost_before, restarts),
+            by_low=self._if_used(use, all_of(by_low, negated(restarts)), self.state.by_low),
+            by_top=self._if_used(use, all_of(by_top, negated(restarts)), self.state.by_top),
         )
         together = replace(together.moved(centred), wrong=self._assumed(state, self.model))
         bank = replace(self, state=state, together=together)
-        stages = (
-            kept,
-            [(one.hypothesis, one.variance, one.likelihood) for one in first],
-            before,
-            [one.hypothesis for one in each],
-        )
+        stages = (kept, [one.hypothesis for one in each])
         return bank, Measured(accepted, all_of(use, negated(accepted)), moved, stages)
 
     def _counts(self, m: Measurement) -> Scalar:
@@ -390,37 +384,41 @@ class Bank:
         return 1.0 / (1.0 + CONTACTS_ALIKE * before) ** 2
 
     @staticmethod
-    def _placed(use: Flag, before: Flag, now: Flag, lost: Flag, restarts: Flag) -> Flag:
-        """Whether *wrong* has its position from an end; as before where nothing is measured."""
-        after = all_of(negated(restarts), any_of(now, all_of(before, negated(lost))))
+    def _placed(before: Flag, now: Flag, lost: Flag) -> Flag:
+        """Whether *wrong* has its position from an end after a measurement."""
+        return any_of(now, all_of(before, negated(lost)))
+
+    @staticmethod
+    def _if_used(use: Flag, after: Flag, before: Flag) -> Flag:
+        """What a flag is after a measurement, and as before where there is none."""
         return holds(ca.if_else(use, count(after), count(before)))
 
-    def _with_ends_elsewhere(self, found: Flag, hypotheses: Sequence[Hypothesis], lost: Flag) -> list[Hypothesis]:
-        """With ends that may be elsewhere for the position that is found where *wrong* leads.
+    def _ends_elsewhere(
+        self, first: Hypothesis, kept: Sequence[Hypothesis], by_low: Flag, by_top: Flag
+    ) -> dict[int, Hypothesis]:
+        """Hypotheses of ends that are elsewhere, by their place, around the position that *wrong* has found.
 
-        *Wrong* takes both ends for described. Each may be elsewhere, as likely as at first or as contacts left it.
-        The position, where it is that of contacts with this end alone, is off by as much then.
+        *Wrong* takes both ends for described. Each may be elsewhere, as likely as at first or as contacts left it, and
+        where the position is that of contacts with this end alone it is off by as much. Contacts with both that agree
+        with the stroke leave neither elsewhere.
 
         Args:
-            found: whether *wrong* leads after the measurement.
-            hypotheses: before it.
-            lost: whether the position of *wrong* was unknown.
+            first: what *wrong* has become.
+            kept: all hypotheses before the measurement.
+            by_low: whether *wrong* has its position from contacts with the retracted end.
+            by_top: whether it has it from contacts with the extended end.
         """
-        stops, state, wrong = self.model.assumed.stops, self.state, hypotheses[-1]
+        stops, both = self.model.assumed.stops, all_of(by_low, by_top)
         prior = math.log(stops.undeclared / (1.0 - 2.0 * stops.undeclared))
-        placed = {
-            Kind.LOW: (Quantity.LOW, all_of(state.by_low, negated(any_of(state.by_top, lost)))),
-            Kind.TOP: (Quantity.TOP, all_of(state.by_top, negated(any_of(state.by_low, lost)))),
-        }
-        others = list(hypotheses)
+        ends = {Kind.LOW: (Quantity.LOW, by_low), Kind.TOP: (Quantity.TOP, by_top)}
+        found = {}
         for k, kind in enumerate(self.model.kinds):
-            if kind in placed:
-                end, by_it = placed[kind]
-                odds = ca.fmin(prior, hypotheses[k].weight - hypotheses[0].weight)
-                tied = wrong.covariance.tied(end, stops.elsewhere * self.model.stroke, count(by_it))
-                others[k] = replace(wrong, covariance=tied, weight=wrong.weight + odds)
-        # Of each alike, so that exported C has it once.
-        return [choose(found, other, h) for other, h in zip(others, hypotheses, strict=True)]
+            if kind in ends:
+                end, by_it = ends[kind]
+                odds = ca.if_else(both, LOG_WEIGHT_LEAST, ca.fmin(prior, kept[k].weight - kept[0].weight))
+                tied = first.covariance.tied(end, stops.elsewhere * self.model.stroke, count(by_it))
+                found[k] = replace(first, covariance=tied, weight=first.weight + odds)
+        return found
 
     def _restarted(
         self, hypotheses: Sequence[Hypothesis], m: Measurement, row: Row, chance: Scalar
@@ -470,8 +468,9 @@ class Bank:
         hypotheses: Sequence[Hypothesis],
         found: Flag,
         accepted: Flag,
-        before: Hypothesis,
+        kept: Sequence[Hypothesis],
         obstacle_odds: Sequence[Scalar],
+        placed: tuple[Flag, Flag],
     ) -> tuple[list[Hypothesis], Flag, Flag, Flag]:
         """After a reference: what was *wrong* and is likeliest becomes the first; *wrong* restarts.
 
@@ -480,14 +479,16 @@ class Bank:
 
         Args:
             hypotheses: after it.
-            found: whether *wrong* led without ends that are elsewhere.
+            found: whether *wrong* is likeliest.
             accepted: whether the likeliest hypothesis used it.
-            before: the first hypothesis before it.
+            kept: the hypotheses before it.
             obstacle_odds: logarithm of the odds, by the first and by *wrong*, that it was an obstacle.
+            placed: whether *wrong* has its position from contacts with the retracted and with the extended end.
 
         Returns:
             The hypotheses, whether *wrong* restarts, whether that is by an obstacle, and whether it has lost its place.
         """
+        before = kept[0]
         described, *between, wrong = hypotheses
         first = described
         if Kind.LEAKS in self.model.kinds:
@@ -498,6 +499,8 @@ class Bank:
             first = choose(known_leak, leaks, described)
             between[place - 1] = leaks.with_weight(ca.if_else(known_leak, LOG_WEIGHT_LEAST, leaks.weight))
         first = choose(found, wrong, first)
+        for place, other in self._ends_elsewhere(first, kept, *placed).items():
+            between[place - 1] = choose(found, other, between[place - 1])
         prior = math.log(self.model.assumed.stops.wrong)
         # What became wrong since is likelier by now than what was wrong before.
         was_known = before.position_variance < (0.5 * self._unknown) ** 2

@@ -98,7 +98,7 @@ class Measured:
     accepted: Flag
     rejected: Flag
     moved: Scalar
-    stages: tuple[Sequence[object], ...]
+    stages: tuple[Sequence[Hypothesis], ...]
 
 
 @dataclass(frozen=True)
