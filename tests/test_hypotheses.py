@@ -921,8 +921,8 @@ def test_a_start_that_was_entered_wrongly_is_found_by_contacts(bank, off):
 def test_where_the_start_was_wrong_an_end_may_be_elsewhere_as_well(bank):
     """The start is 40 mm too low, and the machine is stopped 37 mm before the extended end, again and again.
 
-    Then it meets the retracted end. The stop, this end or the start may be elsewhere than described. The bound holds both
-    places of the piston.
+    Then it meets the retracted end. The stop, this end or the start may be elsewhere than described: the bound holds
+    both places of the piston.
     """
     entered_at(bank, 0.5 * STROKE)
     for _ in range(3):
