@@ -12,6 +12,7 @@ from ramsight.duty import report
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.contact_release import way_gone
+from ramsight.sensor.kalman import kalman
 from ramsight.sensor.mode import Mode
 
 from .plant_bench import UNITS
@@ -382,3 +383,19 @@ def test_what_leaves_a_stop_is_known_to_two_millimetres(name, end):
     begin(observer, float(run["position"][0]))
     said = observer.track(report(run, quiet(unit, seed=1, share=0.003)))
     assert said["went"].max() < 4e-3
+
+
+def test_a_torque_that_may_be_late_teaches_less_of_the_compliance():
+    """On a stop it rises by 100 N m/s: what it is late by is a tenth of the rise, and looks like softer oil."""
+    unit = UNITS["mining-loader bucket"]
+    run, _ = into_a_stop("mining-loader bucket", "down")
+    log = report(run, quiet(unit, share=0.003)).copy(deep=True)
+    log["motor_torque"].values[2:] = log["motor_torque"].values[:-2].copy()
+    stated = {}
+    for delay in (0.02, 0.04):
+        sensor = kalman(unit, unit.assumptions.replace({"drive.delay": delay}))
+        sensor.start(float(run["position"][0]))
+        last = sensor.track(log).isel(time=-1)
+        stated[delay] = float(last["compliance_factor_std"])
+        assert abs(float(last["compliance_factor"]) - 1.0) < stated[delay]
+    assert stated[0.04] > 1.2 * stated[0.02]
