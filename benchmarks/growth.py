@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from results import keep
 
 PARTS, CYLINDERS = (12, 25, 50, 100, 200), (1, 2, 3, 4, 6, 8)
 ROWS = (10**4, 10**5, 10**6, 10**7)
@@ -195,8 +196,7 @@ def main() -> None:
             print(name, rows[-1], flush=True)
         found[name] = rows
         found[f"{name}_exponent"] = round(exponent(rows, 1 if name == "rows" else 2), 2)
-    kept = json.loads(options.out.read_text()) if options.out.exists() else {}
-    options.out.write_text(json.dumps(kept | {"growth": found}, indent=1) + "\n")
+    keep({"growth": found}, options.out)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from results import keep, rounded
 from run import LIMIT, ODE, POSITION, SCALE, UNIT, job
 
 from ramsight.duty import DriveReport, report, simulate
@@ -164,10 +165,9 @@ def main():
         files(Path(folder), rows, frames)
         found = {"rows": rows, "frames": frames, "logs": readers(Path(folder), repeats)}
     found |= {"cycle": cycle(repeats), "load_average": os.getloadavg()[0]}
-    kept = json.loads(options.out.read_text()) if options.out.exists() else {}
-    rounded = json.loads(json.dumps(found), parse_float=lambda text: float(f"{float(text):.4g}"))
-    options.out.write_text(json.dumps(kept | {"peers": rounded}, indent=1) + "\n")
-    print(json.dumps(rounded, indent=1), "\n".join(table(rounded)), sep="\n")
+    found = rounded(found)
+    keep({"peers": found}, options.out)
+    print(json.dumps(found, indent=1), "\n".join(table(found)), sep="\n")
 
 
 if __name__ == "__main__":

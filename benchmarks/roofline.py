@@ -21,6 +21,8 @@ import time
 from collections import Counter
 from pathlib import Path
 
+from results import keep, rounded
+
 HERE = Path(__file__).parent
 KINDS = {
     "fused": ("multiply and add at once", r"vfn?m(add|sub)\d+pd"),
@@ -133,9 +135,7 @@ def main():
         os.environ["RAMSIGHT_CACHE"] = folder  # which the batch's machine code alone is in
         sys.path.insert(0, str(HERE))
         found = measured(options.quick)
-    kept = json.loads(options.out.read_text()) if options.out.exists() else {}
-    rounded = json.loads(json.dumps(found), parse_float=lambda text: float(f"{float(text):.4g}"))
-    options.out.write_text(json.dumps(kept | {"roofline": rounded}, indent=1) + "\n")
+    keep({"roofline": rounded(found)}, options.out)
     print(json.dumps(found, indent=1), "\n".join(table(found)), sep="\n")
 
 

@@ -22,6 +22,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 from c_engine import CEngine
+from results import keep
 from scipy.integrate import solve_ivp
 
 from ramsight import machine
@@ -343,8 +344,7 @@ def main():
     starts(results, options.quick)
     track_start(results, options.quick)
     results = {k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in results.items()}
-    kept = json.loads(options.out.read_text()) if options.out.exists() else {}
-    options.out.write_text(json.dumps(kept | results, indent=1) + "\n")
+    keep(results, options.out)
     print(json.dumps(results, indent=1))
 
 

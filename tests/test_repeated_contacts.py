@@ -30,8 +30,7 @@ def gain(misfits, variances, counts, otherwise=-1e3):
     for misfit, variance in zip(misfits, variances, strict=True):
         likelihood = log_likelihood(scalar(misfit**2 * variance), variance)
         fits, normal, wide = scalar(1.0) > 0.0, scalar(misfit**2), scalar(variance)
-        off = scalar(misfit * variance**0.5)
-        each.append(Weighed(Expected(scalar(0.0)), off, fits, normal, likelihood, wide, scalar(otherwise)))
+        each.append(Weighed(Expected(scalar(0.0)), fits, normal, likelihood, wide, scalar(otherwise)))
     return [float(ca.evalf(one.weight)) for one in reweighed(each, scalar(counts))]
 
 

@@ -34,10 +34,10 @@ from ramsight.sensor.measurement import (
     Measured,
     Measurement,
     TorqueEvidence,
-    corrected,
     log_likelihood,
     normalised,
     reweighed,
+    weighed,
 )
 from ramsight.sensor.mixture import Mixture, flag_of_likeliest, leads, of_likeliest
 from ramsight.sensor.pressing import odds_of_obstacle
@@ -319,8 +319,10 @@ class Bank:
             fits = missing**2 < EVENT_GATE**2 * (known + event.variance)
             # What all events have in common is not learned, however many there are.
             new = ca.fmax(1.0 - event.common**2 / known, EVENT_SHARE_LEAST)
-            only = (Quantity.POSITION, *LEARNED, *SHARED)
-            found.append(h.corrected(*h.covariance.updated(event.row, missing, event.variance / new, fits, only=only)))
+            corrected = (Quantity.POSITION, *LEARNED, *SHARED)
+            found.append(
+                h.corrected(*h.covariance.updated(event.row, missing, event.variance / new, fits, only=corrected))
+            )
             weights.append(weight_of(event, missing, known))
         bank = self._kept_unless(event.ends, found, self.hypotheses)
         return bank._weighed(event.ends, weights)
@@ -335,7 +337,7 @@ class Bank:
         chance = ca.log(m.obstacle / self.model.stroke)  # of its density, were it anywhere in the stroke
         kept = normalised(self.hypotheses)
         restarted, lost_before = self._restarted(kept, m, row, chance)
-        each = [corrected(h, m, row, chance, self.model) for h in restarted]
+        each = [weighed(h, m, row, chance, self.model) for h in restarted]
         hypotheses = normalised(reweighed(each, self._counts(m)))
         fits = flag_of_likeliest(hypotheses, [one.fits for one in each])
         normal = of_likeliest(hypotheses, [one.normal for one in each])

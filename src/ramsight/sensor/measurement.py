@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -103,11 +103,10 @@ class Measured:
 
 @dataclass(frozen=True)
 class Weighed:
-    """A hypothesis weighed by a measurement.
+    """A hypothesis after a measurement.
 
     Attributes:
-        hypothesis: before it, or corrected by it.
-        innovation: of the measurement.
+        hypothesis: corrected, with its new weight.
         fits: whether the measurement is an end or a reference under it.
         normal: its normalised innovation, squared.
         likelihood: logarithm of it, were it that.
@@ -116,7 +115,6 @@ class Weighed:
     """
 
     hypothesis: Hypothesis
-    innovation: Scalar
     fits: Flag
     normal: Scalar
     likelihood: Scalar
@@ -136,7 +134,7 @@ def normalised(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
 
 
 def weighed(h: Hypothesis, m: Measurement, row: Row, chance: Scalar, model: MachineModel) -> Weighed:
-    """A hypothesis weighed by a measurement, and not yet corrected.
+    """A hypothesis weighed and corrected by a measurement.
 
     Args:
         h: before it.
@@ -157,18 +155,13 @@ def weighed(h: Hypothesis, m: Measurement, row: Row, chance: Scalar, model: Mach
     elsewhere = chance - 0.5 * beyond
     total = h.covariance.variance(row) + own
     likelihood = log_likelihood(ca.fmax(innovation**2, beyond * total), total)
-    return Weighed(h, innovation, likelihood > elsewhere, innovation**2 / total, likelihood, total, elsewhere)
-
-
-def corrected(h: Hypothesis, m: Measurement, row: Row, chance: Scalar, model: MachineModel) -> Weighed:
-    """A hypothesis weighed and corrected by a measurement; its arguments are those of `weighed`."""
-    found = weighed(h, m, row, chance, model)
-    h = found.hypothesis
-    covariance = h.covariance.added(Quantity.POSITION, ca.if_else(found.fits, m.arrived, 0.0))
-    only = [one for one in h.mean if one != Quantity.COMPLIANCE]
-    after = h.corrected(*covariance.updated(row, found.innovation, m.variance, found.fits, only=only))
+    fits = likelihood > elsewhere
+    covariance = h.covariance.added(Quantity.POSITION, ca.if_else(fits, m.arrived, 0.0))
+    corrected = [one for one in mean if one != Quantity.COMPLIANCE]
+    after = h.corrected(*covariance.updated(row, innovation, m.variance, fits, only=corrected))
     went_on = {one: ca.if_else(m.went_on, -by, 0.0) for one, by in m.seemed.items()}
-    return replace(found, hypothesis=_taken_back(after, went_on, m))
+    after = _taken_back(after, went_on, m)
+    return Weighed(after, fits, innovation**2 / total, likelihood, total, elsewhere)
 
 
 def reweighed(each: Sequence[Weighed], counts: Scalar) -> list[Hypothesis]:
