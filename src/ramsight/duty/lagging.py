@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import accumulate
-
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+_NOTHING = 1e-20  # of what was there before, far below the rounding of a float64
 
 
 def lagging(time: Array, value: Array, lag: float) -> Array:
@@ -20,6 +20,11 @@ def lagging(time: Array, value: Array, lag: float) -> Array:
     if not lag > 0.0 or len(time) < 2:
         return value
     kept = float(np.exp(-(time[1] - time[0]) / lag))
-    steps = ((1.0 - kept) * np.asarray(value, dtype=np.float64)).tolist()
-    lagged = accumulate(steps, lambda before, step: step + kept * before, initial=float(value[0]))
-    return np.array(list(lagged)[1:])
+    lagged = (1.0 - kept) * np.asarray(value, dtype=np.float64)
+    lagged[0] += kept * float(value[0])
+    # y[k] = x[k] + kept y[k-1], for all k at once: with what is one back, then two, then four, and so on.
+    back = 1
+    while back < len(lagged) and kept > _NOTHING:
+        lagged[back:] += kept * lagged[:-back]
+        back, kept = 2 * back, kept * kept
+    return lagged

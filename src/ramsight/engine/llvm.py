@@ -167,8 +167,7 @@ class _Emitter:
         values: dict[int, Any] = {}
         order = schedule(graph)
         inside = {k for item in order if isinstance(item, Branch) for k in (*item.then, *item.otherwise)}
-        # Side by side a case is seldom that of all runs.
-        found = writes(graph, kept if self.width == 1 else {}, inside)
+        found = writes(graph, kept, inside)
         behind = inside.intersection(found.nodes())
 
         def emit(place: int) -> None:
@@ -187,18 +186,41 @@ class _Emitter:
             elif self.width == 1:
                 self.branch(item, values, emit, behind)
             else:
-                self.branch_of_any(item, values, emit)
+                self.branch_of_any(item, values, emit, behind)
         self.store(found, values, outputs)
 
-    def store(self, found: Writes, values: Mapping[int, Any], outputs: Sequence[Any]) -> None:
-        """Store results, those of a case in a branch of their own."""
+    def store(self, found: Writes, values: Mapping[int, Any], outputs: Sequence[Any], runs: Any = None) -> None:
+        """Store results, those of a case in a branch of their own.
+
+        Args:
+            found: what is written, and when.
+            values: of all operations.
+            outputs: pointers.
+            runs: side by side, those whose case this is; all, if None.
+        """
         for (output, element), place in found.always:
-            self.b.store(values[place], self.address(outputs[output], element), align=8)
+            address, value = self.address(outputs[output], element), values[place]
+            if runs is not None:
+                value = self.b.select(runs, value, self.b.load(address, typ=self.real, align=8))
+            self.b.store(value, address, align=8)
         for condition, both in found.cases.items():
-            with self.b.if_else(self.nonzero(values[condition])) as cases:
-                for block, case in zip(cases, both, strict=True):
-                    with block:
-                        self.store(case, values, outputs)
+            holds = self.nonzero(values[condition])
+            if self.width == 1:
+                with self.b.if_else(holds) as cases:
+                    for block, case in zip(cases, both, strict=True):
+                        with block:
+                            self.store(case, values, outputs)
+                continue
+            for concerned, case in zip((holds, self.b.not_(holds)), both, strict=True):
+                if case.always or case.cases:
+                    among = concerned if runs is None else self.b.and_(runs, concerned)
+                    with self.b.if_then(self.any_of(among)):
+                        self.store(case, values, outputs, among)
+
+    def any_of(self, runs: Any) -> Any:
+        """Whether any of the runs side by side is."""
+        word = ir.IntType(self.width)
+        return self.b.icmp_unsigned("!=", self.b.bitcast(runs, word), word(0))
 
     def branch(
         self, branch: Branch, values: dict[int, Any], emit: Callable[[int], None], behind: Collection[int]
@@ -227,7 +249,9 @@ class _Emitter:
             for block, kept in ends:
                 values[place].add_incoming(kept[number], block)
 
-    def branch_of_any(self, branch: Branch, values: dict[int, Any], emit: Callable[[int], None]) -> None:
+    def branch_of_any(
+        self, branch: Branch, values: dict[int, Any], emit: Callable[[int], None], behind: Collection[int]
+    ) -> None:
         """Emit the short case, and the long one for all runs as soon as it is the case of any of them."""
         zero, cases = self.constant(0.0), (branch.then, branch.otherwise)
         long = int(len(branch.otherwise) > len(branch.then))
@@ -236,15 +260,17 @@ class _Emitter:
         shorts = [zero if k is None else values[k] for k in (both[1 - long] for both in branch.chosen.values())]
         holds = self.nonzero(values[branch.condition])
         concerned = self.b.not_(holds) if long else holds
-        word = ir.IntType(self.width)
-        before = self.b.block
-        with self.b.if_then(self.b.icmp_unsigned("!=", self.b.bitcast(concerned, word), word(0))):
+        before, any_value = self.b.block, ir.Constant(self.real, ir.Undefined)
+        asked = [k for k in cases[long] if k in behind]
+        with self.b.if_then(self.any_of(concerned)):
             for place in cases[long]:
                 emit(place)
             longs = [zero if k is None else values[k] for k in (both[long] for both in branch.chosen.values())]
             mixed = [self.b.select(concerned, new, one) for new, one in zip(longs, shorts, strict=True)]
+            mixed += [values[k] for k in asked]
+            shorts += [any_value] * len(asked)
             after = self.b.block
-        for place, one, new in zip(branch.chosen, shorts, mixed, strict=True):
+        for place, one, new in zip((*branch.chosen, *asked), shorts, mixed, strict=True):
             values[place] = self.b.phi(self.real)
             values[place].add_incoming(one, before)
             values[place].add_incoming(new, after)

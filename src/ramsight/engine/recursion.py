@@ -11,11 +11,14 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.cache import WIDTH, CompiledModule, generated_module, hold, kept_module
+from ramsight.engine.cache import CompiledModule, generated_module, hold, kept_module
 
 Array = NDArray[np.float64]
 
 _CHUNK = 500_000  # samples between two looks at the progress
+_BESIDE = 4
+"""Runs side by side. A sensor has hundreds of states and thousands of intermediate results: those of eight runs are more
+than a first-level cache holds, and a sample of each takes a tenth longer than with four."""
 
 _REPLAY = """
 def replay(inputs, p, state, out):
@@ -151,7 +154,7 @@ def _held(recursion: Recursion) -> int:
 @lru_cache(maxsize=16)
 def _compile_lanes(recursion: Recursion) -> CompiledModule:
     functions, constants = _pieces(recursion)
-    return generated_module(functions, constants | {"W": WIDTH}, _REPLAY_LANES, {"advance": WIDTH})
+    return generated_module(functions, constants | {"W": _BESIDE}, _REPLAY_LANES, {"advance": _BESIDE})
 
 
 def replay(

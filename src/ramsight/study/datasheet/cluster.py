@@ -26,6 +26,7 @@ from ramsight.study.datasheet.study_plan import Plan
 
 _AHEAD = 3  # tasks for each thread of the cluster: one that runs, the others on their way
 _RETRIES = 3  # of a task whose worker was lost
+_ENVIRONMENT = "distributed.nanny.pre-spawn-environ"  # of workers, in Dask's configuration
 _PATIENCE = "10 s"  # until a scheduler has answered
 
 
@@ -50,13 +51,14 @@ def cluster(address: str, workers: int | None = None) -> Iterator[Any]:
     try:
         if address == "local":
             count = workers or len(os.sched_getaffinity(0))
-            here = distributed.LocalCluster(
-                n_workers=count,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address="127.0.0.1:0",
-                silence_logs="CRITICAL",
-            )
+            with _memory_kept():
+                here = distributed.LocalCluster(
+                    n_workers=count,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address="127.0.0.1:0",
+                    silence_logs="CRITICAL",
+                )
         client = distributed.Client(here or address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, RuntimeError) as error:
         if here is not None:
@@ -68,6 +70,17 @@ def cluster(address: str, workers: int | None = None) -> Iterator[Any]:
         client.close()
         if here is not None:
             here.close()
+
+
+def _memory_kept() -> Any:
+    """Within it, workers start without Dask's limit of the memory that a process keeps for its next arrays.
+
+    With the limit every array of a run comes from the system anew and is cleared by it, a third of a task's time.
+    """
+    dask = needs("dask", "cluster")
+    started_with = dict(dask.config.get(_ENVIRONMENT))
+    started_with.pop("MALLOC_TRIM_THRESHOLD_", None)
+    return dask.config.set({_ENVIRONMENT: started_with})
 
 
 def run_on(client: Any, plan: Plan, store: Store, advance: Callable[[int], object]) -> None:

@@ -61,7 +61,8 @@ class Drawn:
         drawn = self.values.get
         warm = 1.0 - np.exp(-time / _MAGNETS)
         gain = drawn("torque_gain", 1.0) * (1.0 + drawn("torque_drift", 0.0) * warm)
-        late = np.interp(time - drawn("torque_delay", 0.0), time, torque)
+        delay = drawn("torque_delay", 0.0)
+        late = np.interp(time - delay, time, torque) if delay else torque
         how = replace(
             self.usual,
             seed=seed,

@@ -31,10 +31,10 @@ from ramsight.study.datasheet.tracks_of_many import Run, tracked
 
 Array = NDArray[np.float64]
 
-LOOSER = 10.0
-"""Tolerances of a study's runs over those of `simulate`: 1.8 times as fast, and a position as exact.
+LOOSER = 30.0
+"""Tolerances of a study's runs over those of `simulate`: twice as fast, and a position as exact.
 
-Over a work day of the boom (32 drawn machines) the position is off by 9 µm in place of 7 (median of each machine's
+Over a work day of the boom (32 drawn machines) the position is off by 25 µm in place of 6 (median of each machine's
 largest), and by 0.24 mm at most either way, where a valve opens within another sample.
 """
 BESIDE = 32  # machines that are simulated side by side, a task: fewer leave lanes empty at the end, more take memory

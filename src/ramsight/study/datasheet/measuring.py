@@ -100,11 +100,13 @@ def measures(track: Track) -> dict[str, Array | float]:
     size = np.abs(error)
     came = np.searchsorted(visits + SETTLED, time, side="right")  # references before each sample
     found: dict[str, Array | float] = {}
-    counts, rows = np.zeros((len(GROUPS), len(EDGES) - 1)), []
+    bins = len(EDGES) - 1
+    bin_of = np.searchsorted(EDGES, size, side="right") - 1
+    counts, rows = np.zeros((len(GROUPS), bins)), []
     for k in range(len(GROUPS)):
         there = track.status == Status.OK if k == VOUCHED else known & (np.minimum(came, TAUGHT) == k)
         one = size[there]
-        counts[k] = np.histogram(one, EDGES)[0]
+        counts[k] = np.bincount(bin_of[there], minlength=bins)[:bins]
         inside = int((one <= NORMAL_95 * track.std[there]).sum())
         if len(one):
             signed = error[there]
