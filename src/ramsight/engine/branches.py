@@ -71,8 +71,9 @@ def schedule(graph: Graph, parts: Sequence[int] | None = None, varying: Collecti
     order: list[int | Branch] = list(range(len(graph.nodes)))
     branches: list[Branch] = []
     taken: set[int] = set()
-    for condition, members in _groups(graph, users, parts or [0] * len(graph.nodes)):
-        branch = _branch(graph, users, condition, members, taken)
+    groups = _groups(graph, users, parts or [0] * len(graph.nodes))
+    for condition, members in groups:
+        branch = _branch_without_parts(graph, users, condition, members, taken, groups)
         if condition in varying or _cost(graph, branch) < _LEAST:
             continue
         found = _ordered(graph, [*branches, branch])
@@ -126,17 +127,43 @@ def _levels(graph: Graph, members: list[int]) -> list[list[int]]:
 
 
 def _branch(
-    graph: Graph, users: dict[int, list[int]], condition: int, members: Iterable[int], taken: set[int]
+    graph: Graph,
+    users: dict[int, list[int]],
+    condition: int,
+    members: Iterable[int],
+    taken: set[int],
+    left: Collection[int] = (),
 ) -> Branch:
-    """The choices with all that nothing else needs."""
+    """The choices with all that nothing else needs, but without what is left to others and what these need."""
     chosen = {}
     for k in members:
         found = choice(graph, k)
         if found is not None and k not in taken:
             chosen[k] = found[1:]
-    then = _only_for(graph, users, chosen, 0, taken)
-    otherwise = _only_for(graph, users, chosen, 1, taken | then)
+    others = taken.union(left)
+    then = _only_for(graph, users, chosen, 0, others)
+    otherwise = _only_for(graph, users, chosen, 1, others | then)
     return Branch(condition, tuple(sorted(then)), tuple(sorted(otherwise)), chosen)
+
+
+def _branch_without_parts(
+    graph: Graph,
+    users: dict[int, list[int]],
+    condition: int,
+    members: Iterable[int],
+    taken: set[int],
+    groups: Sequence[tuple[int, list[int]]],
+) -> Branch:
+    """A branch that has no part of another one in it: what that leaves out would have to be worked out for the rest."""
+    left: set[int] = set()
+    while True:
+        branch = _branch(graph, users, condition, members, taken, left)
+        inside = branch.all()
+        parts = (inside.intersection(other) for _, other in groups if not inside.issuperset(other))
+        more = set().union(*parts) - set(branch.chosen)
+        if not more:
+            return branch
+        left |= more
 
 
 def _only_for(

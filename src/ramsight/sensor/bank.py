@@ -343,8 +343,7 @@ class Bank:
         normal = of_likeliest(hypotheses, [one.normal for one in each])
         newest = ca.fmin(normal, INNOVATION_MOST)
         innovations = self.state.innovations + INNOVATION_GAIN * (newest - 1.0 - self.state.innovations)
-        # Not a conjunction, which asks for both: what only a measurement needs is worked out in its samples alone.
-        accepted = holds(ca.if_else(use, count(fits), 0.0))
+        accepted = self._only_if(use, fits)
         # A reference is never an obstacle.
         obstacle = ca.if_else(any_of(m.low, m.top), chance, UNREACHABLE)
         odds = [obstacle - one.likelihood for one in (each[0], each[-1])]
@@ -352,7 +351,7 @@ class Bank:
         by_low = self._placed(self.state.by_low, all_of(m.low, each[-1].fits), lost_before)
         by_top = self._placed(self.state.by_top, all_of(m.top, each[-1].fits), lost_before)
         renewed, restarts, by_obstacle, lost = self._renewed(hypotheses, found, fits, kept, odds, (by_low, by_top))
-        unplaced = all_of(use, lost)
+        unplaced, begins_again = self._only_if(use, lost), self._only_if(use, restarts)
         together = self.together.reweighed(renewed, use, renewed)
         after = [choose(use, new, old) for new, old in zip(renewed, kept, strict=True)]
         moved = of_likeliest(after, [h.mean[Quantity.POSITION] for h in after])
@@ -361,8 +360,8 @@ class Bank:
             hypotheses=centred,
             innovations=ca.if_else(use, ca.if_else(fits, innovations, self.state.innovations), self.state.innovations),
             band_width=self._widened(ca.sqrt(newest), fits, use),
-            entered=all_of(self.state.entered, negated(all_of(use, restarts))),
-            by_obstacle=any_of(all_of(use, by_obstacle), all_of(negated(use), self.state.by_obstacle)),
+            entered=all_of(self.state.entered, negated(begins_again)),
+            by_obstacle=self._if_used(use, by_obstacle, self.state.by_obstacle),
             below=ca.if_else(unplaced, 0.0, self.state.below),
             above=ca.if_else(unplaced, 0.0, self.state.above),
             room=ca.if_else(unplaced, 1.0, self.state.room),
@@ -389,6 +388,14 @@ class Bank:
     def _placed(before: Flag, now: Flag, lost: Flag) -> Flag:
         """Whether *wrong* has its position from an end after a measurement."""
         return any_of(now, all_of(before, negated(lost)))
+
+    @staticmethod
+    def _only_if(use: Flag, found: Flag) -> Flag:
+        """A flag that only a measurement can set.
+
+        Not a conjunction, which asks for both: what a measurement alone needs is worked out in its samples alone.
+        """
+        return holds(ca.if_else(use, count(found), 0.0))
 
     @staticmethod
     def _if_used(use: Flag, after: Flag, before: Flag) -> Flag:
@@ -437,7 +444,7 @@ class Bank:
         stops = self.model.assumed.stops
         prior = ca.if_else(self.state.entered, math.log(stops.entered), math.log(stops.wrong))
         again = prior + log_likelihood((innovation - first.mean[Quantity.POSITION]) ** 2, self._unknown**2 + own)
-        lost = all_of(m.use, again > before)
+        lost = again > before
         return [*hypotheses[:-1], choose(lost, self._unknown_position(first, prior), wrong)], lost
 
     def _unknown_position(self, of: Hypothesis, weight: Real) -> Hypothesis:
