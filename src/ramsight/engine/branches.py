@@ -16,8 +16,9 @@ import casadi as ca
 from ramsight.engine.graph import SELECT, Graph
 
 _LEAST = 60  # operations; a branch that is foreseen wrongly costs about twenty
-_HEAVY = {ca.OP_DIV, ca.OP_INV, ca.OP_SQRT, ca.OP_EXP, ca.OP_LOG, ca.OP_TANH, ca.OP_POW, ca.OP_CONSTPOW}
-_WEIGHT = 5  # of one of these in operations
+# What one counts as, in operations: others count as one.
+_WEIGHTS = dict.fromkeys((ca.OP_DIV, ca.OP_INV, ca.OP_SQRT), 5)
+_WEIGHTS |= dict.fromkeys((ca.OP_EXP, ca.OP_LOG, ca.OP_TANH, ca.OP_POW, ca.OP_CONSTPOW), 20)
 _FREE = {ca.OP_INPUT, ca.OP_CONST}
 
 
@@ -197,7 +198,7 @@ def _cost(graph: Graph, branch: Branch) -> int:
 
     def of(nodes: tuple[int, ...]) -> int:
         codes = [graph.nodes[k].code for k in nodes]
-        return sum(0 if code in _FREE else _WEIGHT if code in _HEAVY else 1 for code in codes)
+        return sum(0 if code in _FREE else _WEIGHTS.get(code, 1) for code in codes)
 
     return max(of(branch.then), of(branch.otherwise))
 
