@@ -403,6 +403,18 @@ def test_what_is_not_installed_is_said(monkeypatch):
 # -- a cluster
 
 
+def test_workers_of_this_machine_keep_their_memory():
+    """Dask's own limit would have every array cleared anew; it is there again for others."""
+    dask = pytest.importorskip("dask")
+    pytest.importorskip("distributed")
+    limit, place = "MALLOC_TRIM_THRESHOLD_", "distributed.nanny.pre-spawn-environ"
+    before = dict(dask.config.get(place))
+    with clusters._memory_kept():
+        assert dask.config.get(place) == {name: value for name, value in before.items() if name != limit}
+    assert dask.config.get(place) == before
+    assert limit in before, "Dask no longer sets it: nothing is to be done"
+
+
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_gives_the_same_as_this_process(study, found, tmp_path):
     distributed = pytest.importorskip("distributed")

@@ -8,6 +8,7 @@ import pytest
 
 from ramsight import casadi_model, machine
 from ramsight.duty import Duty, Profile, lift_lower, simulate
+from ramsight.duty.lagging import lagging
 from ramsight.duty.profile import constant
 from ramsight.errors import DescriptionError
 from ramsight.plant.build import build
@@ -201,3 +202,15 @@ def test_the_casadi_model_is_the_plant_that_is_simulated():
     assert abs(float(found["dx"][1])) < 1e-6  # at rest with the load carried, nothing is pushed
     servo = casadi_model(replace(UNIT, drive=boom({"drive.control": "servo"}).drive))
     assert "motor_speed" in servo.states
+
+
+@pytest.mark.parametrize("lag", [1e-4, 0.02, 0.5, 30.0, 1e4])
+@pytest.mark.parametrize("count", [2, 3, 8, 1000])
+def test_a_lag_is_that_of_its_recursion(lag, count):
+    """y[k] = (1 - a) x[k] + a y[k - 1], sample by sample, settled at first."""
+    time, value = 0.02 * np.arange(count), np.random.default_rng(count).normal(300.0, 10.0, count)
+    kept, at, expected = np.exp(-0.02 / lag), value[0], []
+    for one in value:
+        at = (1.0 - kept) * one + kept * at
+        expected.append(at)
+    np.testing.assert_allclose(lagging(time, value, lag), expected, rtol=1e-12)

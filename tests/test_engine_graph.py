@@ -1,6 +1,8 @@
 """What an SX function becomes before it is machine code or C: shared inverses, choices, branches."""
 
+import inspect
 import itertools
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -13,6 +15,7 @@ from ramsight.engine.cache import generated_module, instructions
 from ramsight.engine.graph import SELECT, graph_of, side_by_side
 from ramsight.engine.writes import writes
 from ramsight.plant.ddh import build_ddh
+from ramsight.sensor.bank import Bank
 from ramsight.sensor.kalman import kalman
 
 x, y, z = (ca.SX.sym(name) for name in "xyz")
@@ -113,6 +116,17 @@ def test_choices_of_one_condition_are_one_branch_and_those_behind_them_another()
     assert len(branches_of(first, ca.if_else(positive, much(first + z), y - z))) == 2
 
 
+def test_a_branch_has_no_part_of_another_one():
+    """What is chosen beside others, and asked for in one case of a longer branch alone, is not worked out for all."""
+    positive, long = x > 0, much(z)
+    beside = ca.if_else(positive, ca.exp(long), z)
+    longer = ca.if_else(y > 0, much(x, 2 * branches._LEAST), beside)
+    inner, outer = sorted(branches_of(ca.if_else(positive, long, z), longer), key=lambda one: len(one.then))
+    assert len(inner.then) >= branches._LEAST
+    assert len(inner.chosen) == 2
+    assert not outer.otherwise
+
+
 def test_choices_of_two_parts_are_two_branches():
     positive = x > 0
     whole = graph(ca.if_else(positive, much(y), y + z), ca.if_else(positive, much(z), y - z))
@@ -163,6 +177,23 @@ def test_a_sample_without_contact_does_nothing_of_what_a_contact_does():
     assert contact > 0.15 * len(whole.nodes)
     iterations = max(len(item.then) for item in branches if len(item.chosen) <= 100)
     assert iterations > 0.05 * len(whole.nodes), "further iterations of the balance, where a valve was taken for open"
+
+
+def always(recursion):
+    """Operations of every sample."""
+    made = recursion.graph
+    step = ca.Function("f", [made.x, made.u, made.p], [made.next_state, made.output], {"cse": True})
+    whole = graph_of(instructions(step))
+    return [item for item in schedule(whole) if not isinstance(item, Branch)]
+
+
+def test_a_usual_sample_does_nothing_of_what_a_measurement_does(monkeypatch):
+    """No more than where the graph has none: what only a contact or a reference needs is in their branch."""
+    unit, measured = build_ddh("boom", machine.load_machine("mining-loader").unit("boom")), Bank.measured
+    make = inspect.unwrap(kalman)  # not the one that was made before
+    usual = len(always(make(unit).recursion))
+    monkeypatch.setattr(Bank, "measured", lambda self, m: measured(self, replace(m, use=ca.SX(0))))
+    assert usual < 1.02 * len(always(make(unit).recursion))
 
 
 SEVERAL = 10  # states, more than a condition needs
@@ -225,17 +256,21 @@ def nested():
     return stepped(ca.if_else(ca.logic_and(u[0] < 0.0, u[1] < 0.5), s, turned))
 
 
+@pytest.mark.parametrize("width", [1, 4, 8])
 @pytest.mark.parametrize("seed", range(4))
-def test_machine_code_that_writes_over_its_states_gives_what_the_graph_gives(seed):
+def test_machine_code_that_writes_over_its_states_gives_what_the_graph_gives(seed, width):
+    """Alone, and side by side with runs whose conditions are other ones."""
     step = nested()
     assert any(isinstance(item, Branch) for item in schedule(graph_of(instructions(step))))
-    compiled = generated_module({"advance": step}, {}, "")
+    compiled = generated_module({"advance": step}, {}, "", {"advance": width})
     rng = np.random.default_rng(seed)
     for _ in range(100):
-        state, given = rng.uniform(-0.5, 0.5, SEVERAL), rng.uniform(-1.0, 1.0, 2)
-        expected = np.asarray(step(state, given)).ravel()
-        compiled.advance(state, given)
-        np.testing.assert_allclose(state, expected, rtol=1e-12, atol=1e-15)
+        states, given = rng.uniform(-0.5, 0.5, (SEVERAL, width)), rng.uniform(-1.0, 1.0, (2, width))
+        expected = np.column_stack([np.asarray(step(states[:, k], given[:, k])).ravel() for k in range(width)])
+        if width == 1:
+            states, given, expected = states.ravel(), given.ravel(), expected.ravel()
+        compiled.advance(states, given)
+        np.testing.assert_allclose(states, expected, rtol=1e-12, atol=1e-15)
 
 
 def test_a_usual_sample_writes_what_it_changes():

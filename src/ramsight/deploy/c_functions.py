@@ -126,7 +126,9 @@ def _body(piece: Piece, values: Mapping[str, Value], places: Places) -> Iterator
     once = (
         {} if any(line.sets for line in lines) else {n: places.place(values[n]) for n in piece.needed if words[n] == 1}
     )
-    for name in sorted(piece.needed - once.keys(), key=lambda name: (len(name), name)):
+    # Lines whose value nobody takes are not there, nor is what only they would need.
+    needed = {name for name in piece.needed - once.keys() if words[name]}
+    for name in sorted(needed, key=lambda name: (len(name), name)):
         yield f"  const {C_TYPES[values[name].kind]} {name} = {places.place(values[name])};"
     for text in texts:
         yield from (f"  {one}" for one in _replaced(text, once).split("\n"))
