@@ -119,16 +119,14 @@ def _handed(body: str, known: Mapping[str, Handed]) -> dict[str, str]:
 
 def _body(piece: Piece, values: Mapping[str, Value], places: Places) -> Iterator[str]:
     """Lines of a function: what it takes, what it does, what it keeps."""
-    lines = [line for line in piece.lines if line.sets is None or line.sets.of in places.slots]
+    lines = piece.lines
     texts = [f"{places.place(line.sets)} = {line.text};" if line.sets else line.text for line in lines]
     words = Counter(word for text in texts for word in re.findall(r"\w+", text))
     # What is needed once is taken there, unless its place may have been given away by then.
     once = (
         {} if any(line.sets for line in lines) else {n: places.place(values[n]) for n in piece.needed if words[n] == 1}
     )
-    # Lines whose value nobody takes are not there, nor is what only they would need.
-    needed = {name for name in piece.needed - once.keys() if words[name]}
-    for name in sorted(needed, key=lambda name: (len(name), name)):
+    for name in sorted(piece.needed - once.keys(), key=lambda name: (len(name), name)):
         yield f"  const {C_TYPES[values[name].kind]} {name} = {places.place(values[name])};"
     for text in texts:
         yield from (f"  {one}" for one in _replaced(text, once).split("\n"))

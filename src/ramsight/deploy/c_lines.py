@@ -5,8 +5,8 @@ from __future__ import annotations
 import heapq
 import re
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 
@@ -55,6 +55,16 @@ class Line:
     each: bool = False
     sets: Value | None = None
 
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """It alone."""
+        return (self,)
+
+    def reduced(self, taken: Collection[str]) -> Line | None:
+        """The same; None if it gives or sets something, and nothing of that is taken."""
+        gives = self.gives if self.sets is None else (self.sets,)
+        return self if not gives or any(value.of in taken for value in gives) else None
+
 
 @dataclass(frozen=True)
 class Fork:
@@ -72,6 +82,19 @@ class Fork:
     then: tuple[Line, ...]
     otherwise: tuple[Line, ...] = ()
     chosen: tuple[Value, ...] = ()
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """Those of both cases."""
+        return (*self.then, *self.otherwise)
+
+    def reduced(self, taken: Collection[str]) -> Fork | None:
+        """The same without lines of which nothing is taken; None if none is left."""
+        then, otherwise = (
+            tuple(line for line in case if line.reduced(taken) is not None) for case in (self.then, self.otherwise)
+        )
+        chosen = tuple(value for value in self.chosen if value.of in taken)
+        return replace(self, then=then, otherwise=otherwise, chosen=chosen) if then or otherwise else None
 
 
 @dataclass
@@ -109,7 +132,7 @@ class Scribe:
                 found[self.step.parts[max(item.chosen)]].append(self._fork(item))
             elif item not in unneeded:
                 found[self.step.parts[item]].extend(self._line(item))
-        return [*found, self._results(written)]
+        return _without_unneeded([*found, self._results(written)], self.values)
 
     def _value(self, k: int, kind: str) -> Value:
         each = k in self.step.each
@@ -191,6 +214,17 @@ class Scribe:
             line = Line(self.write(*place, self.terms[new]), needs=self._needs(self.terms[new]))
             seldom[said if wanted else f"!{said}", self._needs(term)].append(line)
         return found + [Fork(said, needs, tuple(lines)) for (said, needs), lines in seldom.items()]
+
+
+def _without_unneeded(parts: list[list[Line | Fork]], values: Mapping[str, Value]) -> list[list[Line | Fork]]:
+    """The parts without lines of which nobody takes anything: what is chosen in a branch may be written elsewhere."""
+    while True:
+        needs = (item.needs.union(*(line.needs for line in item.lines)) for items in parts for item in items)
+        taken = {values[name].of for some in needs for name in some}
+        kept = [[one for item in items if (one := item.reduced(taken)) is not None] for items in parts]
+        if kept == parts:
+            return parts
+        parts = kept
 
 
 def _together(step: Collapsed, items: Sequence[int | Branch]) -> list[int | Branch]:
