@@ -18,6 +18,7 @@ class Motion:
         noise: standard deviation of the position by the torque's noise [m].
         give: travel per load that the oil's compression allows [m/N].
         bounce: half a period of the mass on that oil [s].
+        flies: how high a load that has been thrown up may fly beyond that [m]; 0 where none has.
     """
 
     travel: Scalar
@@ -26,6 +27,7 @@ class Motion:
     noise: Scalar
     give: Scalar
     bounce: Scalar
+    flies: Real
 
 
 @dataclass(frozen=True)

@@ -242,7 +242,7 @@ def _grows(at: Stepped, contact: Contact, passed: Scalar, model: MachineModel) -
     grows = at.intake.drift + passed + ca.if_else(rests, creeps, 0.0) + at.checks.grows + starves
     # While a bouncing load unloads the chamber, the pump may draw from the tank: the flow is then all or none.
     bounces = BOUNCE_STD_SHARE * step.load.empty_share * ca.fabs(step.motion.travel)
-    return grows + RELEASED_STD_SHARE * ca.fabs(contact.hold.went) + bounces
+    return grows + RELEASED_STD_SHARE * ca.fabs(contact.hold.went) + bounces + step.motion.flies
 
 
 def _contradicted(state: UpdateState, checks: DriveChecks, measured: Measured) -> dict[str, Flag]:
