@@ -3,7 +3,7 @@
 import casadi as ca
 import pytest
 
-from ramsight.sensor.emptiness import EmptyState, emptiness
+from ramsight.sensor.emptiness import Emptiness, EmptyState, emptiness, not_risen
 from ramsight.sensor.thresholds import LOAD_MEMORY, NO_LOAD_GATE, TORQUE_OFFSET
 
 
@@ -60,3 +60,32 @@ def test_a_pump_that_delivers_carries_its_load():
         extending_speed = ca.DM(100.0)
 
     assert not bool(seen(0.0, carried=20e3, sample=Raised).may_be)
+
+
+def risen(by, *, speed=-100.0, last=100.0, may_be=True, acts_on_both=False):
+    """Travel [m] and velocity after a sample by which the balance has the piston go so far, and how high it may fly."""
+
+    class Stopped(Lowered):
+        extending_speed, last_extending_speed = ca.DM(speed), ca.DM(last)
+
+    state = None if acts_on_both else EmptyState(since=ca.DM(0.0), carried=ca.DM(0.0))
+    empty = Emptiness(state, 1.0, ca.DM(may_be), ca.DM(0))
+    before, after = ca.DM([0.2, 0.3, 1e6]), ca.DM([0.2 + by, 0.3, 0.0])
+    z, flies = not_risen(after, before, empty, Stopped, Mast)
+    assert float(z[2]) == 0.0
+    return float(z[0]) - 0.2, float(z[1]), float(flies)
+
+
+def test_a_load_that_was_thrown_up_does_not_take_its_piston_with_it():
+    """At 0.1 m/s it flies 0.5 mm high."""
+    assert risen(0.01) == pytest.approx((0.0, 0.0, 0.1**2 / (2.0 * 9.80665)))
+    assert risen(0.01, last=-100.0) == pytest.approx((0.0, 0.0, 0.0)), "of a load that is lowered nothing flies"
+
+
+@pytest.mark.parametrize("how", [{"may_be": False}, {"acts_on_both": True}])
+def test_oil_that_gives_a_force_lifts_its_piston(how):
+    assert risen(0.01, **how) == pytest.approx((0.01, 0.3, 0.0))
+
+
+def test_a_piston_without_a_load_sinks():
+    assert risen(-0.01) == pytest.approx((-0.01, 0.3, 0.0))

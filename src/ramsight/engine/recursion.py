@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 
 _CHUNK = 500_000  # samples between two looks at the progress
 _BESIDE = 4
-"""Runs side by side. A sensor has hundreds of states and thousands of intermediate results: those of eight runs are more
-than a first-level cache holds, and a sample of each takes a tenth longer than with four."""
+"""Runs side by side. A sensor has hundreds of states and thousands of intermediate results: those of eight runs are
+more than a first-level cache holds, and a sample of each takes a tenth longer than with four."""
 
 _REPLAY = """
 def replay(inputs, p, state, out):

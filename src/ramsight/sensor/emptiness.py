@@ -15,6 +15,7 @@ import casadi as ca
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Condition, Real, Scalar, Vector, all_of, flag
+from ramsight.machine.linkage import STANDARD_GRAVITY
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.sample import Sample
 from ramsight.sensor.thresholds import (
@@ -97,3 +98,27 @@ def emptiness(
     since = ca.if_else(none, state.since + sample.elapsed, 0.0)
     likely = ca.if_else(none, ca.fmin(1.0 - load / ca.fmax(lightest, 1e-3), 1.0), 0.0)
     return Emptiness(EmptyState(since=since, carried=carried), likely, none, since > bounce)
+
+
+def not_risen(z: Vector, before: Vector, empty: Emptiness, sample: Sample, model: MachineModel) -> tuple[Vector, Real]:
+    """States after a sample, of a piston that does not rise where oil may give it no force and the pump delivers none.
+
+    What a torque shows then as a pull is the load's inertia: it has been thrown up, and comes back. A piston without
+    mass would follow the pull, and draw oil as fast as it gets any.
+
+    Args:
+        z: states after the sample, by the balance: position, velocity, pressures.
+        before: states before it.
+        empty: whether the oil gives the piston a force.
+        sample: with the speed that is used.
+        model: of the machine.
+
+    Returns:
+        The states, and how high the load may fly as the pump stops [m]: v^2/(2 g).
+    """
+    if empty.state is None:
+        return z, 0.0
+    stands = all_of(empty.may_be, model.lift * (z[0] - before[0]) > 0.0)
+    still = ca.vertcat(before[0], 0.0, z[2:])
+    thrown = ca.fmax(model.lift * sample.last_extending_speed, 0.0) * model.travel_per_radian
+    return ca.if_else(stands, still, z), ca.if_else(stands, thrown**2 / (2.0 * STANDARD_GRAVITY), 0.0)

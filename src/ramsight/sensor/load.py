@@ -21,10 +21,9 @@ import casadi as ca
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Condition, Flag, Real, Scalar, Vector, all_of, any_of, flag, negated, scalar, within
-from ramsight.machine.linkage import STANDARD_GRAVITY
 from ramsight.plant.balance import FACTORS, Solution
 from ramsight.sensor.delivery import one_sided
-from ramsight.sensor.emptiness import Emptiness, EmptyState, emptiness
+from ramsight.sensor.emptiness import EmptyState, emptiness, not_risen
 from ramsight.sensor.load_solution import FreeStep, StepProblem, free_step
 from ramsight.sensor.load_step import LoadEstimate, LoadStep, Motion, TorqueStep
 from ramsight.sensor.machine_model import MachineModel
@@ -190,12 +189,12 @@ def observe_load(
     z = ca.if_else(moves, done.z, free.before)
     bounce = model.bounce_time(state.give)
     empty = emptiness(state.empty, z, done.load, done.variance, free.noise.pump_friction, bounce, sample, model)
-    z, flies = _not_risen(z, free.before, empty, sample, model)
+    z, flies = not_risen(z, free.before, empty, sample, model)
     goes = all_of(moves, negated(empty.surely))
     used = ca.if_else(ca.fabs(free.missed) < free.hidden, innovation.used, 1.0)
     follows = _Following(state, free, done, gains, used, moves, goes)
     slopes, travel_by, torque_by = follows.derivatives()
-    freely, _ = _not_risen(free.near(model.balance), free.before, empty, sample, model)
+    freely, _ = not_risen(free.near(model.balance), free.before, empty, sample, model)
     free_travel = ca.if_else(goes, freely[0] - free.before[0], 0.0)
     sinks = _sinking(free, piston, goes, model)
     left = free.missed - free.torque_by_first * done.first - free.torque_by_load * done.changing
@@ -383,25 +382,6 @@ class _Following:
         after = {name: z[i] for i, name in enumerate(self.state.circuit, 1)} | {LOAD: load}
         kept = {name: ca.if_else(self.moves, new, before[name]) for name, new in after.items()}
         return kept, ca.if_else(self.goes, z[0], 0.0), shown
-
-
-def _not_risen(
-    z: Vector, before: Vector, empty: Emptiness, sample: Sample, model: MachineModel
-) -> tuple[Vector, Real]:
-    """States after a sample, of a piston that does not rise where oil may give it no force and the pump delivers none.
-
-    What a torque shows then as a pull is the load's inertia: it has been thrown up, and comes back. A piston without
-    mass would follow the pull, and draw oil as fast as it gets any.
-
-    Returns:
-        The states, and how high the load may fly as the pump stops [m]: v^2/(2 g).
-    """
-    if empty.state is None:
-        return z, 0.0
-    stands = all_of(empty.may_be, model.lift * (z[0] - before[0]) > 0.0)
-    still = ca.vertcat(before[0], 0.0, z[2:])
-    thrown = ca.fmax(model.lift * sample.last_extending_speed, 0.0) * model.travel_per_radian
-    return ca.if_else(stands, still, z), ca.if_else(stands, thrown**2 / (2.0 * STANDARD_GRAVITY), 0.0)
 
 
 def _sinking(free: FreeStep, piston: Piston, goes: Flag, model: MachineModel) -> Real:
