@@ -7,12 +7,15 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from ramsight import machine
-from ramsight.engine import branches
+from ramsight.engine import branches, packing
 from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import generated_module, instructions
 from ramsight.engine.graph import SELECT, graph_of, side_by_side
+from ramsight.engine.packing import packed
 from ramsight.engine.writes import writes
 from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.bank import Bank
@@ -194,6 +197,67 @@ def test_a_usual_sample_does_nothing_of_what_a_measurement_does(monkeypatch):
     usual = len(always(make(unit).recursion))
     monkeypatch.setattr(Bank, "measured", lambda self, m: measured(self, replace(m, use=ca.SX(0))))
     assert usual < 1.02 * len(always(make(unit).recursion))
+
+
+def groups_of(*results):
+    """What is done at once of what takes long, by kind."""
+    whole = graph(*results)
+    found = [[codes(whole)[k] for k in group] for group in packed(whole, range(len(whole.nodes)))]
+    return [group for group in found if group[0] in packing._KINDS]
+
+
+def test_what_takes_long_is_done_four_at_once():
+    roots = [ca.sqrt(x + k) for k in range(6)]
+    assert groups_of(*roots) == [4 * [ca.OP_SQRT], 2 * [ca.OP_SQRT]]
+    assert groups_of(x / y, 1.0 / (z + 1.0), y / z) == [[ca.OP_DIV, ca.OP_INV, ca.OP_DIV]]
+    assert groups_of(ca.exp(x), ca.log(y)) == [[ca.OP_EXP], [ca.OP_LOG]]
+
+
+def test_what_waits_for_another_is_not_beside_it():
+    assert groups_of(ca.sqrt(ca.sqrt(x) + y)) == [[ca.OP_SQRT], [ca.OP_SQRT]]
+    inner = [ca.sqrt(x + k) for k in range(3)]
+    assert groups_of(ca.sqrt(inner[0] + z), *inner) == [3 * [ca.OP_SQRT], [ca.OP_SQRT]]
+
+
+@settings(max_examples=60)
+@given(st.lists(st.tuples(st.sampled_from(["+", "/", "sqrt", "exp", "?"]), st.randoms()), min_size=1, max_size=60))
+def test_packed_operations_are_the_same_behind_what_they_need(made):
+    known = [x, y, z]
+    for how, of in made:
+        a, b = of.choice(known), of.choice(known)
+        new = {
+            "+": a + b,
+            "/": a / (b + 1.5),
+            "sqrt": ca.sqrt(a * a + b),
+            "exp": ca.exp(-a),
+            "?": ca.if_else(a > b, a, b),
+        }
+        known.append(new[how])
+    whole = graph(*known[3:])
+    done = set()
+    for group in packed(whole, range(len(whole.nodes))):
+        assert len(group) <= packing.AT_ONCE
+        assert len({packing._KINDS.get(whole.nodes[k].code, k) for k in group}) == 1
+        for k in group:
+            assert done.issuperset(whole.nodes[k].sources)
+        assert done.isdisjoint(group)
+        done.update(group)
+    assert done == set(range(len(whole.nodes)))
+
+
+@pytest.mark.parametrize("count", range(1, 7))
+def test_machine_code_of_what_is_done_at_once_is_that_of_each(count):
+    """To the last bit what a single one gives, whatever stands beside it."""
+    a = ca.SX.sym("a", count)
+    some = [ca.sqrt(a), 1.5 / a, 1.0 / (a + 1.0), ca.exp(a), ca.log(a), ca.tanh(a), a**1.7]
+    beside = generated_module({"several": ca.Function("f", [a], [ca.vertcat(*some)], ["a"], ["b"])}, {}, "")
+    one = ca.Function("f", [a[0]], [ca.vertcat(*(value[0] for value in some))], ["a"], ["b"])
+    single = generated_module({"several": one}, {}, "")
+    given, out, alone = np.linspace(0.3, 2.1, count), np.empty(len(some) * count), np.empty(len(some))
+    beside.several(given, out)
+    for k in range(count):
+        single.several(given[k : k + 1].copy(), alone)
+        np.testing.assert_array_equal(out[k::count], alone)
 
 
 SEVERAL = 10  # states, more than a condition needs

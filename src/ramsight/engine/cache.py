@@ -53,14 +53,14 @@ def generated_module(
         body: source of further functions, of what `engine.terms` and `engine.loop` know.
         widths: functions that work on several runs side by side, and on how many; their arrays are (n, width).
     """
-    from ramsight.engine import branches, graph, llvm, llvm_loop, terms, writes
+    from ramsight.engine import branches, graph, llvm, llvm_loop, packing, terms, writes
 
     widths = {name: (widths or {}).get(name, 1) for name in functions}
     name = "model_" + content_hash(
         *(text for name, function in functions.items() for text in (name, function.serialize())),
         repr((list(constants.items()), widths)),
         body,
-        *map(inspect.getsource, (graph, branches, writes, llvm, terms, llvm_loop)),
+        *map(inspect.getsource, (graph, branches, packing, writes, llvm, terms, llvm_loop)),
         ca.CasadiMeta.version(),
     )
     return kept_module(name, lambda: functions, constants, body, widths)

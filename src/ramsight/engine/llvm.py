@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Any
+from itertools import groupby
+from typing import Any, cast
 
 import casadi as ca
 from llvmlite import ir
 
 from ramsight.engine.branches import Branch, schedule
-from ramsight.engine.graph import SELECT, Program, graph_of
+from ramsight.engine.graph import SELECT, Node, Program, graph_of
 from ramsight.engine.object_code import JOINED
+from ramsight.engine.packing import AT_ONCE, packed
 from ramsight.engine.writes import Writes, writes
 
 _LOG2_E = 1.4426950408889634
@@ -180,14 +182,43 @@ class _Emitter:
             else:
                 values[place] = table[node.code](*(values[s] for s in node.sources))
 
-        for item in order:
-            if not isinstance(item, Branch):
-                emit(item)
-            elif self.width == 1:
-                self.branch(item, values, emit, behind)
-            else:
-                self.branch_of_any(item, values, emit, behind)
+        def emit_all(places: Sequence[int]) -> None:
+            for group in packed(graph, places) if self.width == 1 else ((place,) for place in places):
+                if len(group) == 1:
+                    emit(group[0])
+                else:
+                    self.together([(k, graph.nodes[k]) for k in group], values)
+
+        for is_branch, items in groupby(order, lambda item: isinstance(item, Branch)):
+            if not is_branch:
+                emit_all([item for item in items if not isinstance(item, Branch)])
+                continue
+            for item in items:
+                branch = cast("Branch", item)
+                if self.width == 1:
+                    self.branch(branch, values, emit_all, behind)
+                else:
+                    self.branch_of_any(branch, values, emit_all, behind)
         self.store(found, values, outputs)
+
+    def together(self, group: Sequence[tuple[int, Node]], values: dict[int, Any]) -> None:
+        """Emit operations of one kind and one run as one vector operation; places that are left over have ones."""
+        beside = _Emitter(self.b, 2 if len(group) == 2 else AT_ONCE)
+        places = [ir.Constant(ir.IntType(32), n) for n in range(len(group))]
+
+        def vector(of: Sequence[Any]) -> Any:
+            found = beside.constant(1.0)
+            for n, one in zip(places, of, strict=True):
+                found = self.b.insert_element(found, one, n)
+            return found
+
+        operands = [[values[source] for source in node.sources] for _, node in group]
+        code = group[0][1].code
+        if code in (ca.OP_DIV, ca.OP_INV):  # an inverse divides 1
+            code, operands = ca.OP_DIV, [[self.constant(1.0), *of][-2:] for of in operands]
+        result = beside.table()[code](*map(vector, zip(*operands, strict=True)))
+        for n, (place, _) in zip(places, group, strict=True):
+            values[place] = self.b.extract_element(result, n)
 
     def store(self, found: Writes, values: Mapping[int, Any], outputs: Sequence[Any], runs: Any = None) -> None:
         """Store results, those of a case in a branch of their own.
@@ -223,14 +254,14 @@ class _Emitter:
         return self.b.icmp_unsigned("!=", self.b.bitcast(runs, word), word(0))
 
     def branch(
-        self, branch: Branch, values: dict[int, Any], emit: Callable[[int], None], behind: Collection[int]
+        self, branch: Branch, values: dict[int, Any], emit: Callable[[Sequence[int]], None], behind: Collection[int]
     ) -> None:
         """Emit one case or the other, and what is chosen behind them.
 
         Args:
             branch: both.
             values: of what was emitted.
-            emit: an operation.
+            emit: emits operations.
             behind: operations of which the value is asked for again where their case is known to have been the one.
         """
         zero, any_value = self.constant(0.0), ir.Constant(self.real, ir.Undefined)
@@ -239,8 +270,7 @@ class _Emitter:
         with self.b.if_else(self.nonzero(values[branch.condition])) as cases:
             for case, block in enumerate(cases):
                 with block:
-                    for place in (branch.then, branch.otherwise)[case]:
-                        emit(place)
+                    emit((branch.then, branch.otherwise)[case])
                     kept = [zero if k is None else values[k] for k in (v[case] for v in branch.chosen.values())]
                     kept += [values[k] if k in (branch.then, branch.otherwise)[case] else any_value for k in asked]
                     ends.append((self.b.block, kept))
@@ -250,21 +280,19 @@ class _Emitter:
                 values[place].add_incoming(kept[number], block)
 
     def branch_of_any(
-        self, branch: Branch, values: dict[int, Any], emit: Callable[[int], None], behind: Collection[int]
+        self, branch: Branch, values: dict[int, Any], emit: Callable[[Sequence[int]], None], behind: Collection[int]
     ) -> None:
         """Emit the short case, and the long one for all runs as soon as it is the case of any of them."""
         zero, cases = self.constant(0.0), (branch.then, branch.otherwise)
         long = int(len(branch.otherwise) > len(branch.then))
-        for place in cases[1 - long]:
-            emit(place)
+        emit(cases[1 - long])
         shorts = [zero if k is None else values[k] for k in (both[1 - long] for both in branch.chosen.values())]
         holds = self.nonzero(values[branch.condition])
         concerned = self.b.not_(holds) if long else holds
         before, any_value = self.b.block, ir.Constant(self.real, ir.Undefined)
         asked = [k for k in cases[long] if k in behind]
         with self.b.if_then(self.any_of(concerned)):
-            for place in cases[long]:
-                emit(place)
+            emit(cases[long])
             longs = [zero if k is None else values[k] for k in (both[long] for both in branch.chosen.values())]
             mixed = [self.b.select(concerned, new, one) for new, one in zip(longs, shorts, strict=True)]
             mixed += [values[k] for k in asked]

@@ -1,0 +1,75 @@
+"""What takes long and does not wait for others of its kind, of one run: four of them in one vector operation.
+
+A processor divides four numbers in the time of one. A step has hundreds of divisions, roots and logarithms, each
+written where it is needed; in another order most of them stand beside others of their kind.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections import defaultdict
+from collections.abc import Sequence
+
+import casadi as ca
+
+from ramsight.engine.graph import Graph
+
+AT_ONCE = 4
+"""Numbers in a vector: every processor of today has registers for so many doubles."""
+_ALIKE = ((ca.OP_DIV, ca.OP_INV), (ca.OP_SQRT,), (ca.OP_EXP,), (ca.OP_LOG,), (ca.OP_TANH,), (ca.OP_POW, ca.OP_CONSTPOW))
+_KINDS = {code: kind for kind, codes in enumerate(_ALIKE) for code in codes}
+
+
+def packed(graph: Graph, order: Sequence[int]) -> list[tuple[int, ...]]:
+    """The same operations in another order, each behind those that it needs, those of a kind together where possible.
+
+    What takes long waits until there are four of its kind, or until all that is left waits for such.
+
+    Args:
+        graph: the operations.
+        order: some of them, each behind those of them that it needs.
+
+    Example:
+        >>> from ramsight.engine.cache import instructions
+        >>> from ramsight.engine.graph import graph_of
+        >>> x = ca.SX.sym("x", 4)
+        >>> graph = graph_of(instructions(ca.Function("f", [x], [x[0] / x[1] + x[2] / x[3]])))
+        >>> [len(group) for group in packed(graph, range(len(graph.nodes)))]
+        [1, 1, 1, 1, 2, 1]
+    """
+    place = {node: n for n, node in enumerate(order)}
+    needs = [{place[source] for source in graph.nodes[node].sources if source in place} for node in order]
+    users: dict[int, list[int]] = defaultdict(list)
+    for n, of in enumerate(needs):
+        for source in of:
+            users[source].append(n)
+    missing = [len(of) for of in needs]
+    ready = [n for n, of in enumerate(needs) if not of]
+    waiting: list[list[int]] = [[] for _ in _ALIKE]
+    found: list[tuple[int, ...]] = []
+
+    def done(group: list[int]) -> None:
+        found.append(tuple(order[n] for n in group))
+        for n in group:
+            for user in users[n]:
+                missing[user] -= 1
+                if not missing[user]:
+                    heapq.heappush(ready, user)
+
+    while ready or any(waiting):
+        if not ready:
+            kind = max(waiting, key=len)
+            group, kind[:] = kind[:AT_ONCE], kind[AT_ONCE:]
+            done(group)
+            continue
+        n = heapq.heappop(ready)
+        which = _KINDS.get(graph.nodes[order[n]].code)
+        if which is None:
+            done([n])
+            continue
+        kind = waiting[which]
+        kind.append(n)
+        if len(kind) == AT_ONCE:
+            group, kind[:] = kind[:], []
+            done(group)
+    return found
