@@ -75,7 +75,7 @@ def cluster(address: str, workers: int | None = None) -> Iterator[Any]:
 def _memory_kept() -> Any:
     """Within it, workers start without Dask's limit of the memory that a process keeps for its next arrays.
 
-    With the limit every array of a run comes from the system anew and is cleared by it, a third of a task's time.
+    With the limit the system clears the memory of every array of a run again, which takes a third of a task's time.
     """
     dask = needs("dask", "cluster")
     started_with = dict(dask.config.get(_ENVIRONMENT))
