@@ -14,7 +14,8 @@ from ramsight.plant.balance import FACTORS
 from ramsight.plant.limits import limits_of
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.contact import ContactState, Estimated, look_for_contact, moved
+from ramsight.sensor.contact import look_for_contact
+from ramsight.sensor.contact_state import ContactState, Estimated, moved
 from ramsight.sensor.load import LoadState, Piston, observe_load
 from ramsight.sensor.load_release import Release, UnheldState, release_load
 from ramsight.sensor.load_step import LoadEstimate, LoadStep, Motion, TorqueStep

@@ -13,8 +13,9 @@ from ramsight.plant.balance import balance
 from ramsight.plant.limits import limits_of
 from ramsight.plant.valve import ReliefValve
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.contact import ContactState, look_for_contact, moved
+from ramsight.sensor.contact import look_for_contact
 from ramsight.sensor.contact_release import Holding, ReleaseState, look_for_release
+from ramsight.sensor.contact_state import ContactState, moved
 from ramsight.sensor.delivery import delivers, one_sided
 from ramsight.sensor.detectors import DETECTORS
 from ramsight.sensor.drive_check import DriveChecks

@@ -27,7 +27,7 @@ from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, holds
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.bank_state import ENDS, BankState, StartOfPosition, stepping
 from ramsight.sensor.closed_volume import LEARNED, SHARED, Event, weight_of
-from ramsight.sensor.contact import Hold
+from ramsight.sensor.contact_state import Hold
 from ramsight.sensor.hypothesis import Hypothesis, Kind, choose
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.measurement import (

@@ -32,7 +32,8 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.bank import Bank
 from ramsight.sensor.bank_state import BankState, StartOfPosition, stepping
 from ramsight.sensor.case_heat import CaseParameters, CaseState, heat_case, with_case
-from ramsight.sensor.contact import ContactState, Estimated, look_for_contact, moved
+from ramsight.sensor.contact import look_for_contact
+from ramsight.sensor.contact_state import ContactState, Estimated, moved
 from ramsight.sensor.drive_check import DriveChecks, DriveState, check_drive, declared_checks
 from ramsight.sensor.hypothesis import KINDS, Kind
 from ramsight.sensor.inertia_check import InertiaState, check_inertia, shaft_inertia

@@ -11,7 +11,7 @@ from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, negated, within
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.bank import Bank
-from ramsight.sensor.contact import Contact
+from ramsight.sensor.contact_state import Contact
 from ramsight.sensor.load_step import LoadStep
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import FACTOR_OF, Quantity

@@ -17,7 +17,7 @@ from ramsight.plant.linkage.lever import Lever
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.bank import Bank
 from ramsight.sensor.closed_volume import EventState, follow_event
-from ramsight.sensor.contact import Contact
+from ramsight.sensor.contact_state import Contact
 from ramsight.sensor.delivery import one_sided
 from ramsight.sensor.drive_check import DriveChecks
 from ramsight.sensor.filling import unfilled_std
