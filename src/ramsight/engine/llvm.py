@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from itertools import groupby
-from typing import Any, cast
+from typing import Any
 
 import casadi as ca
 from llvmlite import ir
@@ -189,16 +188,16 @@ class _Emitter:
                 else:
                     self.together([(k, graph.nodes[k]) for k in group], values)
 
-        for is_branch, items in groupby(order, lambda item: isinstance(item, Branch)):
-            if not is_branch:
-                emit_all([item for item in items if not isinstance(item, Branch)])
+        plain: list[int] = []  # since the last branch
+        for item in order:
+            if not isinstance(item, Branch):
+                plain.append(item)
                 continue
-            for item in items:
-                branch = cast("Branch", item)
-                if self.width == 1:
-                    self.branch(branch, values, emit_all, behind)
-                else:
-                    self.branch_of_any(branch, values, emit_all, behind)
+            emit_all(plain)
+            plain.clear()
+            branch = self.branch if self.width == 1 else self.branch_of_any
+            branch(item, values, emit_all, behind)
+        emit_all(plain)
         self.store(found, values, outputs)
 
     def together(self, group: Sequence[tuple[int, Node]], values: dict[int, Any]) -> None:

@@ -15,7 +15,7 @@ import casadi as ca
 from ramsight.engine.graph import Graph
 
 AT_ONCE = 4
-"""Numbers in a vector: every processor of today has registers for so many doubles."""
+"""Numbers in a vector: one register of AVX, two of SSE2 or NEON."""
 _ALIKE = ((ca.OP_DIV, ca.OP_INV), (ca.OP_SQRT,), (ca.OP_EXP,), (ca.OP_LOG,), (ca.OP_TANH,), (ca.OP_POW, ca.OP_CONSTPOW))
 _KINDS = {code: kind for kind, codes in enumerate(_ALIKE) for code in codes}
 
