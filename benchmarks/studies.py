@@ -33,7 +33,7 @@ from ramsight.study.datasheet.study_plan import TASK, plan
 from ramsight.study.datasheet.tracks_of_many import tracked
 
 CORES = len(os.sched_getaffinity(0))
-MACHINES, QUICK = 6 * TASK, 2 * TASK
+MACHINES, QUICK = 12 * TASK, 2 * TASK  # enough that to lay out and to read the store is little
 
 
 def study(count):
