@@ -9,12 +9,13 @@ cycles: caches, waits for flash and long divisions are not in it.
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+
+from results import keep
 
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
@@ -152,10 +153,8 @@ def main() -> None:
         write_sensor(machine.load_machine("mining-loader"), UNIT, folder, compiler="")
         found = {core.name: measured(core, folder) for core in CORES}
         smaller = {words: measured(CORES[0], written(words, Path(name))) for words in PROFILES}
-    results = json.loads(options.out.read_text()) if options.out.exists() else {}
-    results |= {"cortex_compiler": version(GCC), "cortex_emulator": version(QEMU), "cortex": found}
-    results["cortex_profiles"] = smaller
-    options.out.write_text(json.dumps(results, indent=1) + "\n")
+    tools = {"cortex_compiler": version(GCC), "cortex_emulator": version(QEMU)}
+    keep({**tools, "cortex": found, "cortex_profiles": smaller}, options.out)
     docs = HERE.parents[1] / "docs"
     renew(docs / "reference" / "c-cost.md", "cortex", table(found))
     renew(docs / "export.md", "cortex_profiles", profile_table(smaller))

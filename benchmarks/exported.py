@@ -12,6 +12,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from results import keep
 
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
@@ -104,10 +105,8 @@ def main():
     parser.add_argument("--days", type=int, default=28, help="with faults and without, of each unit")
     parser.add_argument("--out", type=Path, default=Path("bench.json"))
     options = parser.parse_args()
-    results = json.loads(options.out.read_text()) if options.out.exists() else {}
     new = {**agreement(options.days), **footprints()}
-    results |= {k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in new.items()}
-    options.out.write_text(json.dumps(results, indent=1) + "\n")
+    keep({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in new.items()}, options.out)
     print(json.dumps(new, indent=1))
 
 

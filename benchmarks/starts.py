@@ -7,7 +7,6 @@ with a `ramsight` package, for example of an older commit) their runs alternate,
 """
 
 import argparse
-import json
 import os
 import resource
 import shutil
@@ -16,6 +15,8 @@ import sys
 import tempfile
 from pathlib import Path
 from statistics import median
+
+from results import keep
 
 ROOT = Path(__file__).parents[1]
 LOG = ROOT / "tests" / "traces" / "boom_441kN_40C.csv.gz"
@@ -52,7 +53,7 @@ def main():
     parser.add_argument("--only", nargs="*", choices=COMMANDS, help="some of the commands")
     options = parser.parse_args()
     sources = [path.resolve() for path in options.source or [ROOT / "src"]]
-    results = json.loads(options.out.read_text()) if options.out.exists() else {}
+    results: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as place:
         folders = [Path(place) / str(k) for k, _ in enumerate(sources)]
         for folder in folders:
@@ -67,7 +68,7 @@ def main():
             )
             results[f"{name}_processor_s"] = float(f"{median(times[0]):.3g}")
             results[f"{name}_first_processor_s"] = float(f"{first[0]:.3g}")
-    options.out.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    keep(results, options.out)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from results import keep, rounded
 
 import ramsight.study.datasheet.machine_tasks as working
 from ramsight import machine
@@ -128,10 +129,8 @@ def main():
         [sys.executable, __file__, "--peak", str(count)], check=True, capture_output=True, text=True
     ).stdout
     results["study_peak_mib"] = float(peak)
-    kept = json.loads(options.out.read_text()) if options.out.exists() else {}
-    kept |= {key: float(f"{value:.4g}") if isinstance(value, float) else value for key, value in results.items()}
-    kept["study_ms_of_a_machine"] = {k: float(f"{v:.3g}") for k, v in kept["study_ms_of_a_machine"].items()}
-    options.out.write_text(json.dumps(kept, indent=1) + "\n")
+    parts_of_it = {k: float(f"{v:.3g}") for k, v in results["study_ms_of_a_machine"].items()}
+    keep(rounded(results) | {"study_ms_of_a_machine": parts_of_it}, options.out)
     print(json.dumps(results, indent=1))
 
 

@@ -404,7 +404,7 @@ def test_what_is_not_installed_is_said(monkeypatch):
 
 
 def test_workers_of_this_machine_keep_their_memory():
-    """Dask's own limit would have every array cleared anew; it is there again for others."""
+    """Dask's own limit would have every array cleared again; it is there again for others."""
     dask = pytest.importorskip("dask")
     pytest.importorskip("distributed")
     limit, place = "MALLOC_TRIM_THRESHOLD_", "distributed.nanny.pre-spawn-environ"

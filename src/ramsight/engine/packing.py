@@ -7,8 +7,8 @@ written where it is needed; in another order most of them stand beside others of
 from __future__ import annotations
 
 import heapq
-from collections import defaultdict
 from collections.abc import Sequence
+from graphlib import TopologicalSorter
 
 import casadi as ca
 
@@ -38,23 +38,18 @@ def packed(graph: Graph, order: Sequence[int]) -> list[tuple[int, ...]]:
         [1, 1, 1, 1, 2, 1]
     """
     place = {node: n for n, node in enumerate(order)}
-    needs = [{place[source] for source in graph.nodes[node].sources if source in place} for node in order]
-    users: dict[int, list[int]] = defaultdict(list)
-    for n, of in enumerate(needs):
-        for source in of:
-            users[source].append(n)
-    missing = [len(of) for of in needs]
-    ready = [n for n, of in enumerate(needs) if not of]
+    needs = {n: [place[s] for s in graph.nodes[node].sources if s in place] for n, node in enumerate(order)}
+    sorter = TopologicalSorter(needs)
+    sorter.prepare()
+    ready = sorted(sorter.get_ready())
     waiting: list[list[int]] = [[] for _ in _ALIKE]
     found: list[tuple[int, ...]] = []
 
     def done(group: list[int]) -> None:
         found.append(tuple(order[n] for n in group))
-        for n in group:
-            for user in users[n]:
-                missing[user] -= 1
-                if not missing[user]:
-                    heapq.heappush(ready, user)
+        sorter.done(*group)
+        for n in sorter.get_ready():
+            heapq.heappush(ready, n)
 
     while ready or any(waiting):
         if not ready:

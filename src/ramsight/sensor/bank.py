@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, holds, negated, scalar
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, flag, holds, negated, scalar
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.bank_state import ENDS, BankState, StartOfPosition, stepping
 from ramsight.sensor.closed_volume import LEARNED, SHARED, Event, weight_of
@@ -343,7 +343,8 @@ class Bank:
         normal = of_likeliest(hypotheses, [one.normal for one in each])
         newest = ca.fmin(normal, INNOVATION_MOST)
         innovations = self.state.innovations + INNOVATION_GAIN * (newest - 1.0 - self.state.innovations)
-        accepted = self._only_if(use, fits)
+        unset = flag(False)  # without a measurement
+        accepted = self._if_used(use, fits, unset)
         # A reference is never an obstacle.
         obstacle = ca.if_else(any_of(m.low, m.top), chance, UNREACHABLE)
         odds = [obstacle - one.likelihood for one in (each[0], each[-1])]
@@ -351,7 +352,7 @@ class Bank:
         by_low = self._placed(self.state.by_low, all_of(m.low, each[-1].fits), lost_before)
         by_top = self._placed(self.state.by_top, all_of(m.top, each[-1].fits), lost_before)
         renewed, restarts, by_obstacle, lost = self._renewed(hypotheses, found, fits, kept, odds, (by_low, by_top))
-        unplaced, begins_again = self._only_if(use, lost), self._only_if(use, restarts)
+        unplaced, begins_again = self._if_used(use, lost, unset), self._if_used(use, restarts, unset)
         together = self.together.reweighed(renewed, use, renewed)
         after = [choose(use, new, old) for new, old in zip(renewed, kept, strict=True)]
         moved = of_likeliest(after, [h.mean[Quantity.POSITION] for h in after])
@@ -390,16 +391,11 @@ class Bank:
         return any_of(now, all_of(before, negated(lost)))
 
     @staticmethod
-    def _only_if(use: Flag, found: Flag) -> Flag:
-        """A flag that only a measurement can set.
+    def _if_used(use: Flag, after: Flag, before: Flag) -> Flag:
+        """What a flag is after a measurement, and as before where there is none.
 
         Not a conjunction, which asks for both: what a measurement alone needs is worked out in its samples alone.
         """
-        return holds(ca.if_else(use, count(found), 0.0))
-
-    @staticmethod
-    def _if_used(use: Flag, after: Flag, before: Flag) -> Flag:
-        """What a flag is after a measurement, and as before where there is none."""
         return holds(ca.if_else(use, count(after), count(before)))
 
     def _ends_elsewhere(
