@@ -780,6 +780,30 @@ def made_link(page):
     return page.locator("#link").input_value()
 
 
+LATE = """const plain = Object.getOwnPropertyDescriptor(WebSocket.prototype, "onmessage");
+Object.defineProperty(WebSocket.prototype, "onmessage", { set(heard) {
+  plain.set.call(this, (said) => setTimeout(() => heard(said), 300));
+} });"""
+"""What a page runs that hears its server 0.3 s late."""
+
+
+def test_a_slider_takes_every_key_though_the_server_answers_late(loader, browser):
+    address, _ = loader
+    context = browser.new_context(viewport={"width": 1500, "height": 1000})
+    page = context.new_page()
+    page.add_init_script(LATE)
+    page.goto(f"{address}?play=none")
+    page.get_by_text("runs", exact=True).wait_for(timeout=READY)
+    leakage = page.get_by_role("slider", name="leakage [× data sheet]")
+    leakage.focus()
+    for _ in range(12):
+        page.keyboard.press("ArrowRight")
+        page.wait_for_timeout(70)
+    wait(page, lambda: "leak=1.6" in made_link(page), 10.0)
+    assert leakage.get_attribute("aria-valuenow") == "1.6"
+    context.close()
+
+
 def test_a_link_leads_to_the_same_machine_in_the_same_setting(page, loader, browser):
     address, server = loader
     leakage = page.get_by_role("slider", name="leakage [× data sheet]")

@@ -11,6 +11,7 @@ from nicegui import ui
 from ramsight.studio.knobs import FAULTS, KINDS, KNOBS, LIE, SENSORS
 from ramsight.studio.playing import DUTIES
 from ramsight.studio.session import Session
+from ramsight.studio.slider import Slider, labelled
 from ramsight.studio.worker import FASTEST
 
 KEYS = (("ArrowUp", "ArrowDown"), ("ArrowRight", "ArrowLeft"))
@@ -29,8 +30,8 @@ class Controls:
 
     def __init__(self, session: Session, units: list[str], signs: Mapping[str, float]) -> None:
         self._session, self._units, self._signs = session, units, signs
-        self._levers: dict[str, ui.slider] = {}
-        self._knobs: dict[str, ui.slider] = {}
+        self._levers: dict[str, Slider] = {}
+        self._knobs: dict[str, Slider] = {}
         self._faults: dict[str, ui.switch] = {}
         self._kinds: dict[str, ui.switch] = {}
         self._quiet = False
@@ -73,11 +74,11 @@ class Controls:
             self._duty = ui.select(duties, value="", on_change=lambda e: self._say("play", e.value or None))
             self._duty.props('dense aria-label="duty cycle"').classes("w-full")
             ui.keyboard(on_key=self._key, ignore=["input", "select", "textarea"])
-            self._speed = _slider("speed-up", "× real time", 0.0, FASTEST, 1.0, 1.0)
+            self._speed = labelled("speed-up", "× real time", 0.0, FASTEST, 1.0, 1.0)
             self._speed.on_value_change(lambda e: self._say("factor", e.value))
 
     def _lever(self, name: str, keys: list[str]) -> None:
-        slider = _slider(f"lever of {name}", "%", -100.0, 100.0, 0.0, 5.0)
+        slider = labelled(f"lever of {name}", "%", -100.0, 100.0, 0.0, 5.0)
         self._levers[name] = slider
         ui.label(f"key {keys[0]} lifts, key {keys[1]} lowers, while it is pressed").classes("text-xs")
         buttons = {}
@@ -106,13 +107,13 @@ class Controls:
     def _build_knobs(self) -> None:
         with _panel("What the sensor does not know"):
             for knob in KNOBS:
-                slider = _slider(knob.words, knob.unit, knob.least, knob.most, knob.first, knob.step)
+                slider = labelled(knob.words, knob.unit, knob.least, knob.most, knob.first, knob.step)
                 self._knobs[knob.name] = slider
                 slider.on_value_change(lambda e, knob=knob: self._say("knobs", {knob.name: knob.si(e.value)}))
                 if knob.name == "ambient":
                     self._oil(slider)
 
-    def _oil(self, ambient: ui.slider) -> None:
+    def _oil(self, ambient: Slider) -> None:
         """How warm the oil is, and a switch that keeps it so; while it does, the air has nothing to say."""
         shown = ", ".join(f'in the {place} <b id="now-{place}">–</b> °C' for place in ("pumps", "tank"))
         ui.html(f'<span class="text-sm">oil {shown}</span>', sanitize=False)
@@ -154,13 +155,3 @@ def _panel(title: str) -> ui.element:
 
 def _button(words: str, done: Callable[[], None]) -> ui.button:
     return ui.button(words, on_click=done).props("dense size=sm no-caps")
-
-
-def _slider(words: str, unit: str, least: float, most: float, first: float, step: float) -> ui.slider:
-    """A slider with its words, unit and value above it."""
-    with ui.row().classes("w-full justify-between text-sm gap-1"):
-        ui.label(f"{words} [{unit}]")
-        shown = ui.label(f"{first:g}").classes("value")
-    slider = ui.slider(min=least, max=most, step=step, value=first).props(f'dense aria-label="{words} [{unit}]"')
-    slider.on_value_change(lambda e: shown.set_text(f"{e.value:g}"))
-    return slider

@@ -17,6 +17,7 @@ from ramsight.studio.prepared import Prepared
 from ramsight.studio.scene import VIEWS, MachineScene
 from ramsight.studio.session import STANDS, Session
 from ramsight.studio.setting import Setting, catalogue_name, query_of
+from ramsight.studio.slider import labelled
 from ramsight.studio.status_bar import status_bar
 from ramsight.studio.status_help import status_help
 from ramsight.studio.story_panel import StoryPanel
@@ -142,11 +143,7 @@ def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
         ui.html("<h2>The machine</h2>", sanitize=False)
         ui.label("red and pale: where the sensor takes it to be").classes("text-xs")
         space = ui.element("div").classes("w-full space")
-        with ui.row().classes("w-full justify-between text-sm gap-1"):
-            ui.label("error in the picture [× true]")
-            shown = ui.label("1")
-        magnified = ui.slider(min=1, max=_MAGNIFIED, value=1, on_change=lambda e: shown.set_text(f"{e.value:g}"))
-        magnified.props('dense aria-label="error in the picture [× true]"')
+        magnified = labelled("error in the picture", "× true", 1.0, _MAGNIFIED, 1.0, 1.0)
         with ui.row().classes("gap-1").props('role=group aria-label="where one looks from"'):
             for name in ("as at first", *VIEWS):
                 button = ui.button(name, on_click=partial(look, name), color=None)
