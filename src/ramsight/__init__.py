@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from ramsight.plant.as_built import AsBuilt
     from ramsight.plant.build import build
     from ramsight.plant.model import casadi_model
-    from ramsight.sensor.mode import Mode
+    from ramsight.sensor.contacts.mode import Mode
     from ramsight.sensor.status import Status
     from ramsight.sensor.virtual_sensor import Estimate, StartError
     from ramsight.tracking.named_faults import NamedFault, named_faults
@@ -152,7 +152,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "plant.as_built": ("AsBuilt",),
         "plant.build": ("build",),
         "plant.model": ("casadi_model",),
-        "sensor.mode": ("Mode",),
+        "sensor.contacts.mode": ("Mode",),
         "sensor.status": ("Status",),
         "sensor.virtual_sensor": ("Estimate", "StartError"),
         "tracking.position_errors": ("ComparisonError",),

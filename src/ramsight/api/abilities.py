@@ -12,8 +12,8 @@ from ramsight.plant.holding import Holding, held_by_valve
 from ramsight.plant.load_sensing import MeteringValve
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import ReliefValve
-from ramsight.sensor.detectors import COUNTER, POWER, PRESSURES
 from ramsight.sensor.redundancy import declared, detectable
+from ramsight.sensor.report.detectors import COUNTER, POWER, PRESSURES
 from ramsight.units import RPM
 
 _WARM = 313.15  # K

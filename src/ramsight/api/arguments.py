@@ -12,7 +12,7 @@ from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import AnyMap, known_map
 from ramsight.logs.data_frame import arrow_table, is_data_frame
 from ramsight.optional import needing
-from ramsight.sensor.sample import REPORTED
+from ramsight.sensor.inputs.sample import REPORTED
 
 if TYPE_CHECKING:
     import xarray

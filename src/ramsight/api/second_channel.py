@@ -17,7 +17,9 @@ from ramsight.machine.assumption_description import SURE_START
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import assuming
-from ramsight.sensor.comparing import (
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.tracking.comparing import (
     ALERTS,
     LONGEST_ALERT,
     TIME_TO_ALERT,
@@ -28,8 +30,6 @@ from ramsight.sensor.comparing import (
     drift_of,
     verdicts,
 )
-from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.units import argument, format_si
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from ramsight.errors import DescriptionError, LogError
 from ramsight.intervals import true_intervals
 from ramsight.logs.channels import DC_CURRENT, DC_POWER, DC_VOLTAGE, OIL_TEMPERATURE
 from ramsight.optional import needing
-from ramsight.sensor.sharing import OIL, POWER, SHARED, VOLTAGE, Agreement, Allowed, Shared
+from ramsight.tracking.sharing import OIL, POWER, SHARED, VOLTAGE, Agreement, Allowed, Shared
 from ramsight.units import argument
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ from ramsight.machine.assumption_description import SURE_START
 from ramsight.optional import check_extra
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import assuming
-from ramsight.sensor.comparing import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.tracking.channel_tolerance import Asked, Channels, DerivedTolerance, derive, stated_std
+from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.units import argument, format_si
 
 if TYPE_CHECKING:

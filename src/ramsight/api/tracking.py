@@ -21,8 +21,8 @@ from ramsight.optional import needing
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
+from ramsight.sensor.inputs.sample import REPORTED
 from ramsight.sensor.persistence import StateFile, said
-from ramsight.sensor.sample import REPORTED
 from ramsight.sensor.thresholds import START_STD
 from ramsight.signals import Signals
 from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability

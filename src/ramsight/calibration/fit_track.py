@@ -37,7 +37,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing
 from ramsight.plant.build import build
 from ramsight.sensor.balance import balance
-from ramsight.sensor.sample import PRESSURES
+from ramsight.sensor.inputs.sample import PRESSURES
 from ramsight.sensor.virtual_sensor import VirtualSensor, log_inputs
 
 if TYPE_CHECKING:

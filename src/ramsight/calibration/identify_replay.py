@@ -1,8 +1,8 @@
 """A unit's own circuit run along a record, for factors by which the machine may differ from its data sheet.
 
 The circuit's equations (`ramsight.plant.balance`) follow the reported speed under a load that the torque corrects
-(`ramsight.sensor.load`), at the position that was measured. What they say the piston travelled, less what it did
-travel, does not change in time if the factors are right:
+(`ramsight.sensor.circuit.load`), at the position that was measured. What they say the piston travelled, less what
+it did travel, does not change in time if the factors are right:
 
     content = x_circuit - x_measured - delay v
 
@@ -33,11 +33,11 @@ from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, side_nodes
 from ramsight.plant.valve import SETTLED, CheckValve, ReliefValve
 from ramsight.sensor.balance import BalanceState
+from ramsight.sensor.circuit.load import LoadState, Piston, observe_load
 from ramsight.sensor.dead_reckoning import ReckoningState
-from ramsight.sensor.load import LoadState, Piston, observe_load
+from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.oil_warming import WarmingState, warming_rate
-from ramsight.sensor.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.virtual_sensor import Report, close
 
 Array = NDArray[np.float64]

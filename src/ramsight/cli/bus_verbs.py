@@ -77,7 +77,7 @@ def encoder(
     from ramsight.deploy.encoder.opcua import OpcuaServer, address_of
     from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
     from ramsight.logs.channel_map import load_map
-    from ramsight.sensor.comparing import LONGEST_ALERT
+    from ramsight.tracking.comparing import LONGEST_ALERT
 
     check_target(eds, (".eds",))
     check_apart({"the machine": machine, "--map": channel_map}, {"--state": state, "--eds": eds})

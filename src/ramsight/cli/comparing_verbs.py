@@ -63,8 +63,8 @@ def compare(
     from ramsight.api.second_channel import compare as compared
     from ramsight.optional import check_extra
     from ramsight.output import FIGURE_FILES, check_apart, check_installed, check_target
-    from ramsight.sensor.comparing import TOLERANCE
     from ramsight.tracking.compared_figure import compared_figure, write_compared
+    from ramsight.tracking.comparing import TOLERANCE
     from ramsight.tracking.figures import verbatim
 
     check_target(out, (".csv", ".csv.gz", ".parquet"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.sensor.hypothesis import Kind, covariance_of, state_of
+from ramsight.sensor.kind import Kind, covariance_of, state_of
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.virtual_sensor import VirtualSensor
 

@@ -8,7 +8,7 @@ from ramsight.deploy.c_function import PLAIN, array_function
 from ramsight.deploy.c_text import headings, indented, template
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.comparing import Verdict, comparison_graph
+from ramsight.tracking.comparing import Verdict, comparison_graph
 
 
 def comparison_source(unit: HydraulicUnit, prefix: str, machine: str) -> dict[str, str]:

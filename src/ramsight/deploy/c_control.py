@@ -21,7 +21,7 @@ from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.engine.typed_state import initial_values
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.hypothesis import Kind, state_of
+from ramsight.sensor.kind import Kind, state_of
 from ramsight.sensor.quantity import Quantity
 
 

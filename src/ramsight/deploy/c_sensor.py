@@ -20,8 +20,8 @@ from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.deploy.sensor_words import meaning
 from ramsight.engine.typed_state import Leaf
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.inputs.sample import MEASURED, SHAFT_ANGLE
 from ramsight.sensor.persistence import CLOCKED, STARTED, VELOCITY
-from ramsight.sensor.sample import MEASURED, SHAFT_ANGLE
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import (
     COAST_TIME,

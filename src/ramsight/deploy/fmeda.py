@@ -22,11 +22,11 @@ from ramsight.deploy.measured_faults import (
 )
 from ramsight.logs.channels import column_of
 from ramsight.plant.unit import HydraulicUnit, circuit
-from ramsight.sensor.comparing import Verdict
-from ramsight.sensor.detectors import COUNTER, DETECTORS, POWER, PRESSURES, SPEED, TEMPERATURE, TIME, TORQUE
-from ramsight.sensor.magnets import declared_temperature
+from ramsight.sensor.inputs.magnets import declared_temperature
 from ramsight.sensor.redundancy import declared
+from ramsight.sensor.report.detectors import COUNTER, DETECTORS, POWER, PRESSURES, SPEED, TEMPERATURE, TIME, TORQUE
 from ramsight.sensor.status import Status
+from ramsight.tracking.comparing import Verdict
 
 COLUMNS = (
     "channel",

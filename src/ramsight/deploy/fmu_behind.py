@@ -9,8 +9,8 @@ from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.c_text import template
 from ramsight.deploy.fmu_variable import NOTHING, PERIOD, UNKNOWN, Variable
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE, Verdict
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE, Verdict
 
 
 @dataclass(frozen=True)

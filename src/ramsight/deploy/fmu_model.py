@@ -23,13 +23,13 @@ from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.plant.circuit import COMMANDED
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.unit import HydraulicUnit, circuit, reach
-from ramsight.sensor.comparing import Verdict
-from ramsight.sensor.hypothesis import Kind, state_of
+from ramsight.sensor.inputs.sample import MEASURED
 from ramsight.sensor.kalman import kalman
+from ramsight.sensor.kind import Kind, state_of
 from ramsight.sensor.quantity import FACTOR_OF
-from ramsight.sensor.sample import MEASURED
 from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import REFERENCED_NOW, VARIANCE, VirtualSensor
+from ramsight.tracking.comparing import Verdict
 
 _T0 = 313.15  # K
 ACTUAL_SPEED = "motor_speed_actual"

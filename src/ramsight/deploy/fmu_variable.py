@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from ramsight.duty.simulate import SAMPLE_PERIOD
-from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.status import Status
+from ramsight.tracking.comparing import Verdict
 
 UNKNOWN = 1e10
 """What no pressure in Pa, no angle in rad and no position in m is."""

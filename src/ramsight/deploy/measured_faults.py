@@ -13,7 +13,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from ramsight.sensor.detectors import COUNTER, POWER, PRESSURES
+from ramsight.sensor.report.detectors import COUNTER, POWER, PRESSURES
 
 MEASURED_ON = "simulated work days of machines drawn around the data sheets of mining-loader's boom and bucket"
 """What the shares were measured on."""

@@ -6,8 +6,8 @@ from enum import Enum
 
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.hypothesis import KINDS, Kind
 from ramsight.sensor.kalman import kalman
+from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.reckoned import reckoned
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
@@ -74,7 +74,7 @@ class Profile(Enum):
                 value=f"{100 * undeclared:g} %",
                 allowed=f"up to {100 * SURE_ENDS:g} %",
             )
-        return (Kind.DESCRIBED, Kind.LEAKS, Kind.WRONG)
+        return (Kind.DESCRIBED, Kind.LEAKS, Kind.UNKNOWN_POSITION)
 
 
 def profile_of(name: str) -> Profile:

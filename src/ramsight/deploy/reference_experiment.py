@@ -23,10 +23,10 @@ from ramsight.duty.simulate import simulated
 from ramsight.engine.recursion import replay
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit, circuit
-from ramsight.sensor.comparing import TIME_TO_ALERT, TOLERANCE, Comparison, verdicts
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import BOUND, VirtualSensor
+from ramsight.tracking.comparing import TIME_TO_ALERT, TOLERANCE, Comparison, verdicts
 
 Array = NDArray[np.float64]
 

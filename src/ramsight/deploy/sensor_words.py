@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ramsight.sensor.diagnosis import KINDS
-from ramsight.sensor.hypothesis import Kind
+from ramsight.sensor.checks.diagnosis import KINDS
+from ramsight.sensor.kind import Kind
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST
 
 _MEANING = {
@@ -31,7 +31,7 @@ _HYPOTHESES = {
     Kind.LEAKS: "the pumps leak otherwise than described",
     Kind.LOW: "the retracted end is met elsewhere",
     Kind.TOP: "the extended end is met elsewhere",
-    Kind.WRONG: "the position is wrong for another reason",
+    Kind.UNKNOWN_POSITION: "the position is unknown",
 }
 _FAULTS = {
     "gain": "a gain",

@@ -15,7 +15,7 @@ from ramsight.deploy.machine_parameters import parameter_set
 from ramsight.deploy.ssd import Part, Structure, Wire, system_structure
 from ramsight.machine.description import Machine
 from ramsight.output import atomic_path, check_target
-from ramsight.sensor.sample import PRESSURES
+from ramsight.sensor.inputs.sample import PRESSURES
 
 PLANT, SENSOR, CONTROL = "plant", "sensor", "control"
 DESCRIPTION, PARAMETERS = "SystemStructure.ssd", "resources/parameters.ssv"

@@ -60,10 +60,11 @@ class AssumedMachine(Part):
     """How far the machine may be from its description, and how that changes."""
 
     leak: Annotated[float, quantity("%", "of a new machine's leakage, std", least="0.1 %", most="200 %")] = 0.16
-    # 99 of 100 pumps are within ± 1.5 % of their data sheets. The sensor keeps the factor itself within 3 %.
+    # 99 of 100 pumps, pairs of pumps and worn ones among them, are within ± 2 % of their data sheets. The sensor keeps
+    # the factor itself within 3 %.
     displacement: Annotated[
         float, quantity("%", "of a new machine's displacement, std", least="0.01 %", most="3 %")
-    ] = 0.006
+    ] = 0.008
     compliance: Annotated[
         float, quantity("%", "of a new machine's compliance of oil and hoses, std", least="0.1 %", most="100 %")
     ] = 0.25
@@ -246,7 +247,7 @@ class AssumedStops(Part):
     ] = 0.1
     obstacle: Annotated[
         float, quantity("%", "chance that a contact is with neither stop", least="0.0001 %", most="90 %")
-    ] = 0.3
+    ] = 0.05
     lies: Annotated[float, quantity("%", "chance that a switch is wrong", least="0.0001 %", most="90 %")] = 0.05
     # Somebody reads a scale, and not always the one of this cylinder.
     entered: Annotated[

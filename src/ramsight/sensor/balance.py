@@ -12,15 +12,15 @@ from ramsight.expression import Real, all_of, scalar, within
 from ramsight.plant.balance import FACTORS
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.circuit.load import LoadState, Piston, observe_load
+from ramsight.sensor.circuit.pressures import measured_pressures
+from ramsight.sensor.circuit.relief import relief_probability
 from ramsight.sensor.dead_reckoning import ReckoningState, at_reference, relief_loss
-from ramsight.sensor.load import LoadState, Piston, observe_load
+from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.oil_warming import WarmingState, warming_rate
-from ramsight.sensor.pressures import measured_pressures
-from ramsight.sensor.relief import relief_probability
-from ramsight.sensor.sample import Raw, SampleState, plain_sample
+from ramsight.sensor.report.status_rules import outside_temperature
 from ramsight.sensor.status import Status
-from ramsight.sensor.status_rules import outside_temperature
 from ramsight.sensor.thresholds import RELIEF_BALANCE_SHARE, STOP_ZONE, TIME_LEAST
 from ramsight.sensor.virtual_sensor import Report, VirtualSensor, close
 

@@ -62,88 +62,88 @@ class Covariance:
         """Standard deviation of a quantity."""
         return ca.sqrt(ca.fmax(self.entries[quantity, quantity], 0.0))
 
-    def variance(self, row: Mapping[K, Real]) -> Real:
-        """Variance of a measurement that is `row` times the quantities; those that are left out count 0."""
-        return sum(row[i] * row[j] * self[i, j] for i in self._in(row) for j in self._in(row))
+    def variance(self, H: Mapping[K, Real]) -> Real:
+        """Variance of a measurement that is `H` times the quantities; those that are left out count 0."""
+        return sum(H[i] * H[j] * self[i, j] for i in self._in(H) for j in self._in(H))
 
-    def _in(self, row: Mapping[K, Real]) -> list[K]:
-        """The quantities that a row has a derivative for, in order."""
-        return sorted(row, key=self.quantities.index)
+    def _in(self, H: Mapping[K, Real]) -> list[K]:
+        """The quantities that a H has a derivative for, in order."""
+        return sorted(H, key=self.quantities.index)
 
-    def predicted(self, row: Mapping[K, Real], noise: Mapping[K, Real]) -> Covariance:
+    def predicted(self, H: Mapping[K, Real], noise: Mapping[K, Real]) -> Covariance:
         """After the first quantity moved by a step: P <- F P F' + Q, F = [[1, r_1, ...], [0, I]].
 
         Args:
-            row: derivatives of the step with respect to the other quantities.
+            H: derivatives of the step with respect to the other quantities.
             noise: variance that each gains.
         """
         first, *others = self.quantities
-        moved = {j: self[first, j] + sum(row[i] * self[i, j] for i in self._in(row)) for j in (first, *others)}
+        moved = {j: self[first, j] + sum(H[i] * self[i, j] for i in self._in(H)) for j in (first, *others)}
         entries = dict(self.entries)
-        entries[first, first] = moved[first] + sum(row[j] * moved[j] for j in self._in(row))
+        entries[first, first] = moved[first] + sum(H[j] * moved[j] for j in self._in(H))
         entries |= {(first, j): moved[j] for j in others}
         entries |= {(i, i): entries[i, i] + noise[i] for i in self._in(noise)}
         return Covariance(entries)
 
     def updated(
         self,
-        row: Mapping[K, Real],
+        H: Mapping[K, Real],
         innovation: Real,
         variance: Real,
         use: Condition,
         only: Collection[str] | None = None,
     ) -> tuple[Covariance, dict[str, Scalar]]:
-        """After a measurement that is `row` times the quantities, and the correction of each.
+        """After a measurement that is `H` times the quantities, and the correction of each.
 
         Args:
-            row: derivatives of the measurement.
+            H: derivatives of the measurement.
             innovation: the measurement less its expectation.
             variance: of the measurement.
             use: whether there is one at this sample; corrections are 0 elsewhere.
             only: quantities that it may correct; by default all (Schmidt's filter: the others are considered).
         """
         corrected = self.quantities if only is None else [one for one in self.quantities if one in only]
-        return self._corrected(dict(row.items()), innovation, variance, dict.fromkeys(corrected, use))
+        return self._corrected(dict(H.items()), innovation, variance, dict.fromkeys(corrected, use))
 
     def considered(
-        self, row: Mapping[K, Real], innovation: Real, variance: Real, use: Mapping[K, Condition]
+        self, H: Mapping[K, Real], innovation: Real, variance: Real, use: Mapping[K, Condition]
     ) -> tuple[Covariance, dict[str, Scalar]]:
         """After a measurement that corrects single quantities, each where its condition holds.
 
         Args:
-            row: derivatives of the measurement.
+            H: derivatives of the measurement.
             innovation: the measurement less its expectation.
             variance: of the measurement.
             use: by quantity, whether it is corrected; all others are considered.
         """
-        return self._corrected(dict(row.items()), innovation, variance, dict(use.items()))
+        return self._corrected(dict(H.items()), innovation, variance, dict(use.items()))
 
     def _corrected(
-        self, row: dict[str, Real], innovation: Real, variance: Real, use: dict[str, Condition]
+        self, H: dict[str, Real], innovation: Real, variance: Real, use: dict[str, Condition]
     ) -> tuple[Covariance, dict[str, Scalar]]:
-        cross = {i: sum((self[i, j] * row[j] for j in self._in(row)), scalar(0.0)) for i in self.quantities}
-        total = sum(row[i] * cross[i] for i in self._in(row)) + variance
-        gain = {i: ca.if_else(condition, cross[i] / total, 0.0) for i, condition in use.items()}
-        return self._joseph(row, cross, gain, variance), {i: by * innovation for i, by in gain.items()}
+        cross = {i: sum((self[i, j] * H[j] for j in self._in(H)), scalar(0.0)) for i in self.quantities}
+        total = sum(H[i] * cross[i] for i in self._in(H)) + variance
+        gain = {i: ca.if_else(condition, cross[i] / total, 0.0) for i, condition in use.items() if i in cross}
+        return self._joseph(H, cross, gain, variance), {i: by * innovation for i, by in gain.items()}
 
     def _joseph(
-        self, row: dict[str, Real], cross: dict[str, Scalar], gain: dict[str, Scalar], variance: Real
+        self, H: dict[str, Real], cross: dict[str, Scalar], gain: dict[str, Scalar], variance: Real
     ) -> Covariance:
         """P <- A P A' + K R K' with A = I - K H, whatever the gain; what is small is a sum of what is small.
 
         P - K H P is the same, but where a measurement is far better than what is known it is the small difference of
-        two large numbers, and floats make no covariance of it. Of a quantity i that is not in H, row i of A takes
+        two large numbers, and floats make no covariance of it. Of a quantity i that is not in H, H i of A takes
         K_i times H x from x_i, and H x is the same for all of them: so most entries take two products more than in the
         short form.
 
         Args:
-            row: H.
+            H: H.
             cross: P H'.
             gain: K, of the quantities that are corrected.
             variance: R.
         """
-        known = self._in(row)
-        off = {(i, k): (1.0 if i == k else 0.0) - gain[i] * row[k] for i in gain if i in known for k in known}
+        known = self._in(H)
+        off = {(i, k): (1.0 if i == k else 0.0) - gain[i] * H[k] for i in gain if i in known for k in known}
         half: dict[Pair, Scalar] = {}  # A P
 
         def in_half(i: str, j: str) -> Scalar:
@@ -162,7 +162,7 @@ class Covariance:
 
         def in_rest(j: str) -> Scalar:
             if j not in rest:
-                rest[j] = noise.get(j, scalar(0.0)) - sum((row[k] * in_half(j, k) for k in known), scalar(0.0))
+                rest[j] = noise.get(j, scalar(0.0)) - sum((H[k] * in_half(j, k) for k in known), scalar(0.0))
             return rest[j]
 
         entries = dict(self.entries)
@@ -205,7 +205,7 @@ class Covariance:
         return Covariance({**self.entries, (quantity, quantity): ca.fmax(here, variance)})
 
     def limited(self, std: Real, quantity: str) -> Covariance:
-        """A quantity lies within a range: its row and column shrink together to this standard deviation."""
+        """A quantity lies within a range: its H and column shrink together to this standard deviation."""
         here = self.entries[quantity, quantity]
         share = ca.fmin(1.0, std / ca.sqrt(ca.fmax(here, std * std)))
         entries = dict(self.entries)

@@ -8,7 +8,7 @@ import casadi as ca
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Scalar, all_of, any_of, negated
-from ramsight.sensor.sample import Sample, SampleState
+from ramsight.sensor.inputs.sample import Sample, SampleState
 from ramsight.sensor.thresholds import RELIEF_TIME
 
 

@@ -24,36 +24,36 @@ import casadi as ca
 
 from ramsight.engine.typed_state import inlined, leaf, passed_over, symbols
 from ramsight.errors import DescriptionError
-from ramsight.expression import Flag, Scalar, all_of, any_of, negated, scalar, within
+from ramsight.expression import Flag, Scalar, any_of, negated, scalar, within
 from ramsight.plant.balance import FACTORS
 from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.bank import Bank
-from ramsight.sensor.bank_state import BankState, StartOfPosition, stepping
-from ramsight.sensor.case_heat import CaseParameters, CaseState, heat_case, with_case
-from ramsight.sensor.contact import look_for_contact
-from ramsight.sensor.contact_state import ContactState, Estimated, moved
-from ramsight.sensor.drive_check import DriveChecks, DriveState, check_drive, declared_checks
-from ramsight.sensor.hypothesis import KINDS, Kind
-from ramsight.sensor.inertia_check import InertiaState, check_inertia, shaft_inertia
-from ramsight.sensor.intake import Intake, IntakeState, check_inputs
-from ramsight.sensor.leakage import LeakageState, leakage_law
-from ramsight.sensor.link_angle import LinkState
-from ramsight.sensor.load import LoadState, Piston, observe_load, shifted
-from ramsight.sensor.load_release import Release, UnheldState, release_load
+from ramsight.sensor.belief.bank import Bank
+from ramsight.sensor.belief.bank_state import BankState, StartOfPosition
+from ramsight.sensor.belief.link_angle import LinkState
+from ramsight.sensor.belief.update import ContactEvidence, Prediction, Updated, UpdateState, measure, predict
+from ramsight.sensor.checks.drive_check import DriveChecks, DriveState, check_drive, declared_checks
+from ramsight.sensor.checks.inertia_check import InertiaState, check_inertia, shaft_inertia
+from ramsight.sensor.checks.pressure_check import PressureCheckState, check_pressures
+from ramsight.sensor.circuit.leakage import LeakageState, leakage_law
+from ramsight.sensor.circuit.load import LoadState, Piston, observe_load, shifted
+from ramsight.sensor.circuit.load_release import Release, UnheldState, release_load
+from ramsight.sensor.circuit.pressures import measured_pressures
+from ramsight.sensor.circuit.relief import Relief, relief_probability, relief_tolerance
+from ramsight.sensor.contacts.contact import look_for_contact
+from ramsight.sensor.contacts.contact_state import ContactState, Estimated, moved
+from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case, with_case
+from ramsight.sensor.inputs.intake import Intake, IntakeState, check_inputs
+from ramsight.sensor.inputs.magnets import MagnetState, correct_torque, declared_temperature, gain_with_magnets
+from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.inputs.sample import LINK_ANGLE, Raw, Sample
+from ramsight.sensor.inputs.torque_zero import TorqueZeroState, correct_zero
+from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.magnets import MagnetState, correct_torque, declared_temperature, gain_with_magnets
-from ramsight.sensor.oil_warming import WarmingState, warming_rate
-from ramsight.sensor.pressure_check import PressureCheckState, check_pressures
-from ramsight.sensor.pressures import measured_pressures
 from ramsight.sensor.quantity import FACTOR_OF, Quantity
-from ramsight.sensor.relief import Relief, relief_probability, relief_tolerance
-from ramsight.sensor.report import Outcome, ReportState, report
-from ramsight.sensor.sample import LINK_ANGLE, Raw, Sample
+from ramsight.sensor.report.report import Outcome, ReportState, report
 from ramsight.sensor.thresholds import LOAD_KNOWN_SHARE
-from ramsight.sensor.torque_zero import TorqueZeroState, correct_zero
-from ramsight.sensor.update import Met, Stepped, Updated, UpdateState, measure, predict
 from ramsight.sensor.virtual_sensor import Section, VirtualSensor, close
 
 
@@ -127,7 +127,7 @@ class KalmanState:
             pressures=PressureCheckState.initial(assumed),
             load=load,
             unheld=UnheldState.initial(load),
-            contact=ContactState.initial(stepping(assumed)),
+            contact=ContactState(),
             bank=BankState.initial(assumed, stroke, with_link=linked, kinds=model.kinds),
             link=LinkState() if linked else None,
             update=UpdateState.initial(assumed, measured),
@@ -224,16 +224,16 @@ class Pipe:
 
     def _step(
         self, state: KalmanState, after: KalmanState, sample: Sample, intake: Intake
-    ) -> tuple[Stepped, KalmanState]:
+    ) -> tuple[Prediction, KalmanState]:
         """The balance of the sample, and how it depends on what is unknown of the machine."""
         model = self.model
         after, sample, checks = self._checks(state, after, with_case(sample, state.case))
         leakage_state, leakage = leakage_law(state.leakage, sample, state.load.expected_torque, model)
         warming_state, warming = warming_rate(state.warming, sample)
-        around = self._bank(state, sample).means()
+        point = self._bank(state, sample).means()
         held, leaves = state.contact.held, state.contact.leaves
         piston = Piston(state.position, held, leaves)
-        load, step = observe_load(state.load, sample, piston, leakage.factors(around), warming, model)
+        load, step = observe_load(state.load, sample, piston, leakage.factors(point), warming, model)
         case = None
         if state.case is not None and step.pump_heat is not None and model.unit.heat is not None:
             cases = CaseParameters.of(model.table, model.unit.heat)
@@ -242,15 +242,15 @@ class Pipe:
         if state.pressures is not None and step.over_pressures is not None:
             pressures, checks = check_pressures(state.pressures, sample, checks, *step.over_pressures, model)
         travel_by, torque_by = (
-            leakage.derivatives(dict(zip(FACTORS, by, strict=True)), around) for by in (step.travel_by, step.torque_by)
+            leakage.derivatives(dict(zip(FACTORS, by, strict=True)), point) for by in (step.travel_by, step.torque_by)
         )
-        stepped = Stepped(
+        stepped = Prediction(
             sample=sample,
             intake=intake,
             checks=checks,
             step=step,
             leakage=leakage,
-            around=around,
+            linearised_at=point,
             travel_by=travel_by,
             torque_by=torque_by,
             warming=warming,
@@ -267,10 +267,12 @@ class Pipe:
         start = StartOfPosition(negated(sample.started), state.position_known, entered, state.position_variance)
         return Bank.begin(state.bank, self.model, state.position, sample.elapsed, start)
 
-    def _meet(self, state: KalmanState, after: KalmanState, bank: Bank, at: Stepped) -> tuple[Met, KalmanState]:
+    def _meet(
+        self, state: KalmanState, after: KalmanState, bank: Bank, at: Prediction
+    ) -> tuple[ContactEvidence, KalmanState]:
         """Whether the piston stands on something."""
         model, machine = self.model, self.model.assumed.machine
-        nominal = state.contact.off_stop(state.position + at.step.motion.travel)
+        nominal = state.position + at.step.motion.travel
         probability = relief_probability(at.step.z, at.sample.extending_speed, model)
         estimated = Estimated(
             position=nominal,
@@ -278,16 +280,16 @@ class Pipe:
             known=state.position_known,
             relief=probability,
             relief_tolerance=relief_tolerance(probability, machine.relief),
-            compliance=at.around[Quantity.COMPLIANCE],
+            compliance=at.linearised_at[Quantity.COMPLIANCE],
             compliance_std=bank.factor_std(Quantity.COMPLIANCE),
             load_change_std=machine.unseen_load * model.relief_load,
         )
-        contact_state, contact = look_for_contact(state.contact, at.sample, at.step, estimated, at.travel_by, model)
-        met = Met(contact, nominal, Relief(probability, state.update.passed_relief))
+        contact_state, contact = look_for_contact(state.contact, at.sample, at.step, estimated, model)
+        met = ContactEvidence(contact, nominal, Relief(probability, state.update.passed_relief))
         return met, replace(after, contact=contact_state)
 
     def _update(
-        self, state: KalmanState, after: KalmanState, bank: Bank, at: Stepped, met: Met
+        self, state: KalmanState, after: KalmanState, bank: Bank, at: Prediction, met: ContactEvidence
     ) -> tuple[Updated, Outcome, KalmanState]:
         """The filters, the position, and the circuit's pressures after the sample."""
         model, hold, place = self.model, met.contact.hold, met.contact.place
@@ -298,10 +300,10 @@ class Pipe:
         update, link, updated = measure(state.update, state.link, predicted, at, met, flow, self.lever, model)
         # A stop gives way; what it gives back once the piston is released is travel.
         back = ca.if_else(hold.released, hold.give_back, 0.0) + came
-        stands = all_of(place.found, negated(place.went_on))
-        nominal = ca.if_else(stands, place.position, met.nominal + back) + updated.measured.moved
+        came_to = ca.if_else(place.found, place.position, met.nominal + back)
+        nominal = came_to + updated.measured.moved
         means = updated.bank.means()
-        changes = {name: means[one] - at.around[one] for name, one in FACTOR_OF.items()}
+        changes = {name: means[one] - at.linearised_at[one] for name, one in FACTOR_OF.items()}
         kept = within(nominal, -model.stroke, 2.0 * model.stroke)
         accepted = updated.measured.accepted
         outcome = Outcome(
@@ -320,7 +322,7 @@ class Pipe:
             load=shifted(load, changes),
             unheld=unheld,
             contact=moved(after.contact, met.contact, nominal, updated.measured.moved),
-            bank=updated.bank.closed(),
+            bank=updated.bank.rewound(met.nominal - came_to).closed(),
             link=link,
             update=update,
         )

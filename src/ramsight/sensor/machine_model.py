@@ -15,7 +15,7 @@ from ramsight.plant.oil import T40, Oil
 from ramsight.plant.symbols import Parameters
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.hypothesis import KINDS, Kind
+from ramsight.sensor.kind import KINDS, Kind
 
 
 @dataclass(frozen=True)

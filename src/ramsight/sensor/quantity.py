@@ -56,12 +56,12 @@ Values = Mapping[Quantity, Scalar]
 """A value for each quantity that there is."""
 
 
-def along(row: Row, values: Mapping[Quantity, Real], around: Mapping[Quantity, Real]) -> Real:
+def along(row: Row, values: Mapping[Quantity, Real], point: Mapping[Quantity, Real]) -> Real:
     """How far something changes when quantities are other than those it was worked out with.
 
     Args:
         row: its derivatives.
         values: the quantities.
-        around: the values that it was worked out with.
+        point: the values that it was worked out with.
     """
-    return sum(by * (values[one] - around[one]) for one, by in row.items())
+    return sum(by * (values[one] - point[one]) for one, by in row.items())

@@ -18,15 +18,15 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.balance import FACTORS
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.circuit.load import LoadState, Piston, observe_load
+from ramsight.sensor.circuit.relief import relief_probability
 from ramsight.sensor.dead_reckoning import ReliefLossState, relief_loss
-from ramsight.sensor.intake import Intake, IntakeState, check_inputs
-from ramsight.sensor.load import LoadState, Piston, observe_load
+from ramsight.sensor.inputs.intake import Intake, IntakeState, check_inputs
+from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.inputs.sample import Raw, Sample
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.oil_warming import WarmingState, warming_rate
-from ramsight.sensor.relief import relief_probability
-from ramsight.sensor.sample import Raw, Sample
+from ramsight.sensor.report.status_rules import outside_temperature
 from ramsight.sensor.status import Status
-from ramsight.sensor.status_rules import outside_temperature
 from ramsight.sensor.thresholds import (
     OUTSIDE,
     OUTSIDE_STROKE_STD,

@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.detectors import COUNTER, POWER, PRESSURES
-from ramsight.sensor.drive_check import declared_checks
-from ramsight.sensor.pressures import measured_pressures
-from ramsight.sensor.sample import DC_POWER, SHAFT_ANGLE
+from ramsight.sensor.checks.drive_check import declared_checks
+from ramsight.sensor.circuit.pressures import measured_pressures
+from ramsight.sensor.inputs.sample import DC_POWER, SHAFT_ANGLE
+from ramsight.sensor.report.detectors import COUNTER, POWER, PRESSURES
 
 MODEL = {
     "speed": {"w"},
@@ -34,18 +34,6 @@ LAWS = ("pumps' torque", "pumps' flow", "load")
 KNOWN = {"one load": {"F"}, "inertia": {"w", "tau"}}
 """What may be known beside signals: a load; and the torque that a ramp of the shaft asks for, by its inertia."""
 REPORTED = ("speed", "torque", "temperature")
-SETS = {
-    "speed, torque, temperature": (),
-    "+ reference": ("reference",),
-    "+ counter": ("counter",),
-    "+ DC power": ("DC power",),
-    "+ counter and DC power": ("counter", "DC power"),
-    "+ pressures": ("pressures",),
-    "+ one load that is known": ("one load",),
-    "+ inertia of the shaft, in ramps": ("inertia",),
-    "+ counter and inertia, in ramps": ("counter", "inertia"),
-    "all": ("counter", "DC power", "pressures", "reference"),
-}
 
 
 def overdetermined(equations: dict[str, set[str]]) -> set[str]:
@@ -114,22 +102,3 @@ def detectable(further: Sequence[str]) -> dict[str, tuple[str, ...] | None]:
         rest = {other: {k: v for k, v in equations.items() if k != other} for other in signals if other != one}
         found[one] = tuple(other for other, left in rest.items() if other in seen and one not in overdetermined(left))
     return found
-
-
-def redundancy_table() -> list[str]:
-    """In Markdown: signals, and what faults of speed, torque, counter and power can be seen and distinguished."""
-    shown = ("speed", "torque", "temperature", "counter", "DC power", "pressures", "reference")
-    rows = [f"| given | {' | '.join(shown)} |", "|---" * (len(shown) + 1) + "|"]
-    for name, further in SETS.items():
-        found = detectable(further)
-        rows.append(f"| {name} | {' | '.join(_cell(found, signal) for signal in shown)} |")
-    return rows
-
-
-def _cell(found: dict[str, tuple[str, ...] | None], signal: str) -> str:
-    if signal not in found:
-        return ""
-    others = found[signal]
-    if others is None:
-        return "unseen"
-    return f"seen, or {', '.join(others)}" if others else "named"

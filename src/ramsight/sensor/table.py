@@ -19,7 +19,7 @@ from ramsight.engine.typed_state import symbols
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, scalar, within
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.dead_reckoning import ReckoningState, ReliefLossState, at_reference, relief_loss
-from ramsight.sensor.sample import Raw, Sample, SampleState, plain_sample
+from ramsight.sensor.inputs.sample import Raw, Sample, SampleState, plain_sample
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import (
     TABLE_AT_RELIEF,

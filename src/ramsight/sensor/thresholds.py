@@ -131,6 +131,7 @@ LOAD_KNOWN_SHARE = Constant(
     0.03, "1", "of the relief load: standard deviation of a load that was observed, a tenth of one that was not"
 )
 SETTLED_SHARE = Constant(0.01, "1", "of the torque's noise: adds 0.005 % to it")
+NO_PRESSURE = Constant(1e5, "Pa", "over the tank's: a chamber that a check valve fills has up to a bar")
 NO_LOAD_GATE = Constant(
     4.0, "1", "standard deviations of the torque, 1 in 16000: a load that shows no more may be none"
 )
@@ -172,11 +173,18 @@ LOAD_MEMORY = Constant(1.0, "s", "for which the load and the leakage from before
 SETTLING_STD_SHARE = Constant(0.1, "1", "of the apparent way since the load settled: how well leakage is known")
 SEPARATE_CONTACTS = Constant(0.05, "1", "share of the stroke between two contacts that are independent evidence")
 DIRECTION_TRAVEL = Constant(0.02, "1", "share of the stroke that decides where a piston came from")
-LOAD_GONE_SHARE = Constant(0.1, "1", "share of the torque that is left where no load is: friction of pumps")
-LOAD_GONE_NOISE = Constant(2.0, "1", "standard deviations of the torque, 95 %")
 VOLUME_MODEL_STD = Constant(0.05, "1", "error of a closed volume's equation over the change of its torque")
-COMPLIANCE_USUAL = Constant(0.25, "1", "share of a torque's rise; the softest machine in twenty gives twice that")
-RISE_EVIDENCE = Constant(16.0, "1", "standard deviations of the torque: four by four, no noise does it")
+
+NO_END_HOLDS = Constant(
+    0.02, "1", "share of the presses without an end that reach the relief valve's setting: digging (3700 presses)"
+)
+END_HELD_TIME = Constant(
+    0.1, "s", "in which those pass, exponential: of 3700 none held the setting for 0.6 s, an end does for seconds"
+)
+FALSE_CONTACT = Constant(
+    1e-4, "1", "odds of no end at which a press has decided: 400 presses an hour make less than one false in a day"
+)
+NOWHERE_LIKELIER = Constant(-3.0, "1", "logarithm: where a position is wrong, one end in twenty is met all the same")
 
 # Contact release.
 RELEASE_NOISE = Constant(4.0, "1", "standard deviations of the torque, 1 in 16000")
@@ -194,8 +202,7 @@ PASSED_END = Constant(0.05, "1", "chance that a piston on an end is taken for on
 HELD_OBSTACLE = Constant(
     0.05, "1", "share of the contacts with no stop through which a piston does not go on: stones; the others are loads"
 )
-ROOM_LEAST = Constant(0.05, "1", "share of the stroke left to an unknown position, as a 95 % band leaves of it")
-ROOM_STEP = Constant(0.01, "1", "share of the stroke by which that has to shrink before it is weighed")
+ROOM_STEP = Constant(0.01, "1", "share of the stroke: an unknown position is weighed when that much less is left")
 LOG_WEIGHT_LEAST = Constant(
     -12.0, "1", "logarithm of the least weight, 6e-6: a hypothesis can come back within two contacts"
 )
@@ -259,6 +266,7 @@ TORQUE_OFFSET = Constant(
 )
 EVENT_MODEL_STD = Constant(0.02, "1", "of a torque, new with each sample: kinks of the speed between two samples")
 EVENT_OFFSET_TIME = Constant(0.1, "s", "averages the noise of five samples; the oil's pressure is gone by then")
+STOOD_STILL = Constant(0.2, "s", "of standstill before a start: the valve has closed and the manifold has leaked empty")
 EVENT_FOLLOWS = Constant(
     0.5, "1", "share of the expected change of the torque: a valve that opens leaves a tenth, soft oil two thirds"
 )
@@ -278,11 +286,6 @@ EVENT_COUNTS = Constant(
     0.3,
     "1",
     "power of an event's likelihood: events of one machine err alike, and by up to twice as much (recorded logs)",
-)
-EVENT_FREEDOM = Constant(
-    4.0,
-    "1",
-    "degrees of freedom of an event's error (Student): one in twenty is beyond 2.8 deviations, as on recorded logs",
 )
 INFORMATION_LEAST = Constant(1e-6, "1", "keeps quotients finite: a factor that is known to 1000")
 

@@ -17,7 +17,7 @@ from ramsight.errors import LogError, RamsightError
 from ramsight.expression import Real, Scalar
 from ramsight.logs.channels import is_command
 from ramsight.plant.symbols import Parameters
-from ramsight.sensor.sample import INPUTS, REPORTED, Raw
+from ramsight.sensor.inputs.sample import INPUTS, REPORTED, Raw
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import NUMBER_LIMIT, START_SLACK, START_STD
 from ramsight.signals import Samples, Signal, Signals

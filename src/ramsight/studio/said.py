@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ramsight.sensor.comparing import ALERTS, Verdict
 from ramsight.sensor.status import VALIDITIES, Status
 from ramsight.sensor.virtual_sensor import Estimate
+from ramsight.tracking.comparing import ALERTS, Verdict
 
 UNCHECKED, SILENT = "unchecked", "no report"
 """Words for a sensor that cannot know how wrong it is, and for one that has reported nothing."""

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ramsight.sensor.comparing import ALERTS
 from ramsight.studio.playing import ENDS
 from ramsight.studio.rig import Rig
 from ramsight.studio.storyteller import Scenario, Scene, View
+from ramsight.tracking.comparing import ALERTS
 
 FIRST, NOTHING = "ends", "none"
 """The scenario that a new page opens on; the word of a link for none at all."""
@@ -157,8 +157,8 @@ _GROUND = Scenario(
             _obstruct,
         ),
         Scene(
-            "The rod was stopped, and the sensor takes that for an end. Its error is larger than its band: one contact"
-            " can be wrong, and for that reason the status is *uncertain* and not *ok*.",
+            "The rod was stopped, and the sensor takes that for an end. Its error is a sixth of the stroke, and so is"
+            " its deviation: one contact can be wrong, and for that reason the status is *uncertain* and not *ok*.",
             lambda view: view.since > 10.0 and view.share < 0.02,
         ),
         Scene(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.comparing import TOLERANCE, Comparison, Verdict
 from ramsight.sensor.virtual_sensor import BOUND, Estimate, VirtualSensor
+from ramsight.tracking.comparing import TOLERANCE, Comparison, Verdict
 
 
 @dataclass(frozen=True)

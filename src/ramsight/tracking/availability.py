@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.sensor.comparing import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.sensor.status import LEAST
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.signals import Samples
+from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.tracking.passed_time import PassedTime
 
 if TYPE_CHECKING:

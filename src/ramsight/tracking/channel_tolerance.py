@@ -1,7 +1,7 @@
 """The tolerance between two sensors of one position, from how far each may be off.
 
 Two sensors are apart where |x − y| > b(t) + T, with the bound b of the virtual one and the tolerance T of the other
-(`ramsight.sensor.comparing`). Their errors are normal and independent, with the standard deviations s(t) and q:
+(`ramsight.tracking.comparing`). Their errors are normal and independent, with the standard deviations s(t) and q:
 
     p(t) = 2 Q((b + T) / √(s² + q²))
 

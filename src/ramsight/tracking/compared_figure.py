@@ -9,8 +9,8 @@ import numpy as np
 
 from ramsight.optional import needing
 from ramsight.output import open_table
-from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.tracking.comparing import Verdict
 from ramsight.tracking.figures import ERROR, ESTIMATE, STYLE, TRUTH, UNCERTAIN, legend_above, save, shade
 
 if TYPE_CHECKING:

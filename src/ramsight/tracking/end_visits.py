@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.intervals import true_intervals
-from ramsight.sensor.mode import Mode
+from ramsight.sensor.contacts.mode import Mode
 from ramsight.sensor.thresholds import TORQUE_STEADY_SPEED
 from ramsight.signals import Samples
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ramsight.sensor.diagnosis import KINDS
+from ramsight.sensor.checks.diagnosis import KINDS
 from ramsight.sensor.status import Status
 from ramsight.signals import Samples
 
@@ -25,7 +25,7 @@ class NamedFault:
     Attributes:
         signal: which report, ``"motor speed"``.
         or_else: which one is wrong in its place, where nothing shows which of them; else empty.
-        kinds: what may be wrong with it, of `ramsight.sensor.diagnosis.KINDS`; one, where that is sure.
+        kinds: what may be wrong with it, of `ramsight.sensor.checks.diagnosis.KINDS`; one, where that is sure.
         gain: of the report over what it should be, if that is its fault [1].
         offset: of it, if that is its fault [`unit`].
         unit: of the report.

@@ -16,8 +16,8 @@ from ramsight.deploy.encoder.state_on_disk import Persistence
 from ramsight.errors import DescriptionError
 from ramsight.logs.mapped import ChannelMap
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.comparing import Comparison
 from ramsight.sensor.kalman import kalman
+from ramsight.tracking.comparing import Comparison
 
 _OWN = (0x180, 0x280)  # of its process data, plus the node-ID
 HOLD, TIMEOUT = (0x2000, 0), (0x2002, 0)

@@ -8,8 +8,8 @@ from ramsight.deploy.encoder.alarms import Fault
 from ramsight.deploy.encoder.listening import Listener, Sample
 from ramsight.deploy.encoder.server import Node
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.comparing import Comparison, Verdict
 from ramsight.sensor.virtual_sensor import Estimate
+from ramsight.tracking.comparing import Comparison, Verdict
 
 TOLERANCE, ALERT = (0x2032, 0), (0x2033, 0)
 """Objects: what the real one may be wrong by [µm], and for how long both have to be apart [ms]."""

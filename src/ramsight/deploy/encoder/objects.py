@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ramsight.sensor.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE
+from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE
 
 TYPES = {"INT16": 3, "INT32": 4, "UINT8": 5, "UINT16": 6, "UINT32": 7, "VISIBLE_STRING": 9}
 """Data types of CiA 301 and their codes."""

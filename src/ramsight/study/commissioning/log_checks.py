@@ -11,7 +11,7 @@ from ramsight.calibration.loss_uncertainty import dependence
 from ramsight.logs.mapped import ChannelMap
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.sample import REPORTED
+from ramsight.sensor.inputs.sample import REPORTED
 from ramsight.study.commissioning.finding import Finding, Verdict
 from ramsight.tracking.plausible import implausible, noisy
 

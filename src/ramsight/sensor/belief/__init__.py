@@ -1,0 +1,1 @@
+"""Hypotheses of position, machine and ends: filters, measurements, births."""

@@ -1,0 +1,426 @@
+"""What is unknown of the machine, under several hypotheses: a bank of extended Kalman filters with static models.
+
+Each hypothesis has its own position, factors (`ramsight.plant.balance.FACTORS`), lag of the thermometer and places of
+the two ends, with their covariance. They differ in their priors of the ends and of the start (`ramsight.sensor.kind`):
+
+    described          both ends are where the description has them
+    leaks              so they are, and the pumps leak much more or less than described, or by another law of pressure
+    low, top           the end of the stroke is met somewhere else at the retracted, at the extended end
+    unknown position   the position is unknown; both ends are where the description has them
+
+A measurement corrects each of them and weighs it by its likelihood (`measurement`); under each it may also be of
+something else. `renewal` has the births of hypotheses, `reach` what the way of the piston says of them, `mixture` what
+is said of all. The position that is shown is that of the likeliest, its deviation that of all. The whole of it is one
+page of mathematics, docs/explanation/model.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, flag, holds, negated
+from ramsight.normal import TWO_SIDED_95
+from ramsight.sensor.belief.bank_state import ENDS, BankState, StartOfPosition, stepping
+from ramsight.sensor.belief.hypothesis import Hypothesis, choose
+from ramsight.sensor.belief.measurement import Applied, Measurement, applied, tempered
+from ramsight.sensor.belief.mixture import Mixture, bayes, flag_of_likeliest, of_likeliest
+from ramsight.sensor.belief.reach import Reach
+from ramsight.sensor.belief.renewal import Measured, Placed, renewal, unknown_begun
+from ramsight.sensor.contacts.contact_state import Hold
+from ramsight.sensor.contacts.press import odds_of_obstacle
+from ramsight.sensor.kind import Kind
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.quantity import Quantity, Row
+from ramsight.sensor.thresholds import (
+    BAND_STEP,
+    BEYOND_END,
+    BEYOND_END_LEAST,
+    CONTACTS_ALIKE,
+    INNOVATION_GAIN,
+    INNOVATION_MOST,
+    OUTSIDE,
+    OVERSHOOT_STD_SHARE,
+    ROOM_STEP,
+)
+
+
+@dataclass(frozen=True)
+class Bank:
+    """The hypotheses within a sample: a value, of which each operation makes a new one.
+
+    Attributes:
+        state: as it is now.
+        together: all hypotheses, weighed.
+        model: of the machine.
+        position: nominal, before the sample [m].
+        elapsed: since the last sample [s].
+    """
+
+    state: BankState
+    together: Mixture
+    model: MachineModel
+    position: Scalar
+    elapsed: Scalar
+
+    @classmethod
+    def begin(
+        cls,
+        state: BankState,
+        model: MachineModel,
+        position: Scalar,
+        elapsed: Scalar,
+        start: StartOfPosition,
+    ) -> Bank:
+        """At the beginning of a sample; at the first one the position is as uncertain as the start.
+
+        Args:
+            state: before it.
+            model: of the machine.
+            position: nominal, before it [m].
+            elapsed: since the last one [s].
+            start: what is known of the position at the first sample.
+        """
+        unknown2, stops = (0.5 * model.stroke) ** 2, model.assumed.stops
+        entered = all_of(start.first, start.known, start.entered)
+        wrong2 = ca.if_else(entered, start.variance + (stops.elsewhere * model.stroke) ** 2, unknown2)
+        begun = []
+        for kind, h in zip(model.kinds, state.hypotheses, strict=True):
+            least = wrong2 if kind == Kind.UNKNOWN_POSITION else ca.if_else(start.known, start.variance, unknown2)
+            at_first = ca.if_else(start.first, least, 0.0)
+            if kind == Kind.UNKNOWN_POSITION:
+                h = h.with_log_weight(ca.if_else(entered, math.log(stops.entered), h.log_weight))
+            begun.append(h.with_covariance(h.covariance.at_least(Quantity.POSITION, at_first)))
+        state = replace(state, hypotheses=tuple(begun), entered=any_of(entered, state.entered))
+        together = Mixture.of(begun, cls._assumed(state, model))
+        return cls(state, together, model, position, elapsed)
+
+    @staticmethod
+    def _assumed(state: BankState, model: MachineModel) -> Scalar:
+        """Prior probability of *wrong* where that is an assumption and no finding."""
+        return ca.if_else(state.entered, 0.0, model.assumed.stops.wrong)
+
+    @property
+    def hypotheses(self) -> tuple[Hypothesis, ...]:
+        """All of them, in the order of `Kind`."""
+        return self.state.hypotheses
+
+    def with_hypotheses(self, hypotheses: Sequence[Hypothesis]) -> Bank:
+        """With other hypotheses and the same probabilities."""
+        state = replace(self.state, hypotheses=tuple(hypotheses))
+        return replace(self, state=state, together=self.together.moved(hypotheses))
+
+    @property
+    def _unknown(self) -> Scalar:
+        """Standard deviation of a position that is unknown [m]."""
+        return 0.5 * self.model.stroke
+
+    def means(self) -> dict[Quantity, Scalar]:
+        """Of what a step is made with, over all hypotheses."""
+        return {one: self.together.mean(one) for one in stepping(self.model.assumed)}
+
+    def probabilities(self) -> dict[str, Scalar]:
+        """Of each hypothesis, by its name."""
+        return {kind.text: p for kind, p in zip(self.model.kinds, self.together.probabilities, strict=True)}
+
+    def predicted(
+        self,
+        travel: Scalar,
+        travel_by: Row,
+        point: Mapping[Quantity, Scalar],
+        noise: Real,
+        grows: Real,
+        leak: Real,
+    ) -> Bank:
+        """After the load observer's step: the filters' time update.
+
+        Args:
+            travel: of the piston [m].
+            travel_by: its derivatives with respect to what the step was made with.
+            point: the values that it was made with.
+            noise: variance that the position gains beside the way's [m2].
+            grows: by which the position's standard deviation grows as a whole [m].
+            leak: standard deviation that the leakage gains beside its walk [1].
+        """
+        assumed, dt = self.model.assumed, self.elapsed
+        machine = assumed.machine
+        adapt = 1.0 + ca.fmax(self.state.innovations, 0.0)
+        gains: dict[Quantity, Real] = {
+            Quantity.POSITION: machine.walk**2 * ca.fabs(travel) + noise,
+            Quantity.LEAKAGE: machine.leak_walk**2 * dt * adapt + leak**2,
+            Quantity.DISPLACEMENT: machine.displacement_walk**2 * dt,
+            Quantity.COMPLIANCE: machine.compliance_walk**2 * dt,
+        }
+        if Quantity.ANGLE_OFFSET in self.hypotheses[0].mean:
+            gains[Quantity.ANGLE_OFFSET] = assumed.link_angle.drift**2 * dt
+        return self.with_hypotheses(
+            [
+                h.shifted(h.along(travel_by, point)).with_covariance(
+                    h.covariance.predicted(travel_by, gains).grown(grows, given=ENDS)
+                )
+                for h in self.hypotheses
+            ]
+        )
+
+    def roamed(self, travel: Scalar) -> Bank:
+        """After the piston moved: its way leaves few places where an unknown position may be (`Reach`).
+
+        Of the places of a stroke S that are as likely as each other, a way of R leaves the share 1 - R/S.
+
+        Args:
+            travel: of the piston [m].
+        """
+        state, unknown = self.state, self.hypotheses[-1]
+        below, above, lost_below, lost_above = (
+            ca.fmax(one + way * travel, 0.0)
+            for one, way in ((state.below, 1.0), (state.above, -1.0), (state.lost_below, 1.0), (state.lost_above, -1.0))
+        )
+        state = replace(state, below=below, above=above, lost_below=lost_below, lost_above=lost_above)
+        bank = replace(self, state=state, position=self.position + travel)
+        surely = ca.fmax(lost_below + lost_above - bank._slack, 0.0)
+        room = ca.fmax(1.0 - surely / self.model.stroke, OUTSIDE)
+        nowhere = unknown.position_variance > (0.5 * self._unknown) ** 2
+        less = all_of(room < state.room - ROOM_STEP, nowhere)
+        likelier = ca.log(room / state.room)
+        bank = bank.weighed(less, [likelier if kind == Kind.UNKNOWN_POSITION else 0.0 for kind in self.model.kinds])
+        return replace(bank, state=replace(bank.state, room=ca.if_else(less, room, state.room)))
+
+    @property
+    def reach(self) -> Reach:
+        """Where the piston can be: as far from both ends as its way needs, but for what that is uncertain by."""
+        stroke, slack = self.model.stroke, self._slack
+        lowest, highest = ca.fmax(self.state.below - slack, 0.0), ca.fmin(stroke - self.state.above + slack, stroke)
+        return Reach(lowest - self.position, highest - self.position, BEYOND_END_LEAST * stroke)
+
+    @property
+    def _slack(self) -> Scalar:
+        """What a way is uncertain by, 95 % [m]."""
+        return TWO_SIDED_95 * self.together.std({Quantity.POSITION: 1.0})
+
+    def gone_back(self, by: Real) -> Bank:
+        """With a position that is another than the way gives, under each hypothesis: so much of it was none [m]."""
+        bank = self.with_hypotheses([h.shifted(-by) for h in self.hypotheses])
+        return bank.rewound(by)
+
+    def rewound(self, by: Real) -> Bank:
+        """With a way of the piston of which so much was none [m]."""
+        state = self.state
+        below, above = ca.fmax(state.below - by, 0.0), ca.fmax(state.above + by, 0.0)
+        return replace(self, state=replace(state, below=below, above=above))
+
+    def confined(self, nominal: Scalar, passes: Flag, passed: Real) -> Bank:
+        """With no hypothesis in which oil that may pass a relief valve took the piston far beyond the cylinder's ends.
+
+        A little is left, for how far it seems to be beyond an end is what a contact tells of the machine.
+
+        Args:
+            nominal: position after the step [m].
+            passes: whether oil may pass.
+            passed: standard deviation of the position by what may have passed since a reference [m].
+        """
+        stroke, found = self.model.stroke, []
+        for h in self.hypotheses:
+            far, position = self._far(h, passed), nominal + h.mean[Quantity.POSITION]
+            back = ca.fmax(-far - position, 0.0) - ca.fmax(position - stroke - far, 0.0)
+            found.append(h.shifted(ca.if_else(passes, back, 0.0)))
+        return self.with_hypotheses(found)
+
+    def turned_back(self, nominal: Scalar, way: Scalar) -> Bank:
+        """With no hypothesis in which a piston is beyond an end that it leaves without having been pressed on it.
+
+        Oil that was drawn from the tank, or air in it, explains how far it seemed to be, by an unknown amount; half of
+        it is added to the standard deviation.
+
+        Args:
+            nominal: position after the step [m].
+            way: in which the motor moves it away from such an end, +1 for extension; 0 if it does not.
+        """
+        stroke, found = self.model.stroke, []
+        for h in self.hypotheses:
+            position = nominal + h.mean[Quantity.POSITION]
+            beyond = ca.if_else(way > 0.0, -position, ca.if_else(way < 0.0, position - stroke, 0.0))
+            back = ca.if_else(beyond > h.position_std + BEYOND_END_LEAST * stroke, beyond, 0.0)
+            covariance = h.covariance.grown(OVERSHOOT_STD_SHARE * back, given=ENDS)
+            found.append(h.shifted(way * back).with_covariance(covariance))
+        return self.with_hypotheses(found)
+
+    def room(self, way: Scalar, passed: Real) -> Scalar:
+        """How far the piston may still move [m]; oil that is delivered beyond moves nothing.
+
+        Args:
+            way: in which it moves, the sign of its velocity.
+            passed: standard deviation of the position by what may have passed a relief valve [m].
+        """
+        ahead = ca.if_else(way > 0.0, self.model.stroke - self.position, self.position)
+        return ca.fmax(ahead + self.together.likeliest(lambda h: self._far(h, passed)), 0.0)
+
+    def _far(self, h: Hypothesis, passed: Real) -> Scalar:
+        """How far beyond an end a piston may seem to be [m]; what passed a relief valve took it nowhere."""
+        return BEYOND_END * ca.fmax(h.position_std - passed, 0.0) + BEYOND_END_LEAST * self.model.stroke
+
+    def floored(self, leak: float) -> Bank:
+        """With a leakage that is never better known than this standard deviation [1]."""
+        return self.with_hypotheses(
+            [h.with_covariance(h.covariance.at_least(Quantity.LEAKAGE, leak**2)) for h in self.hypotheses]
+        )
+
+    def update(self, m: Measurement) -> tuple[Bank, list[Applied]]:
+        """After a measurement: every hypothesis corrected, and weighed by its likelihood."""
+        each = [applied(h, m) for h in self.hypotheses]
+        found = [choose(m.use, one.hypothesis, h) for one, h in zip(each, self.hypotheses, strict=True)]
+        bank = self.with_hypotheses(found)
+        weighs = not isinstance(m.power, float) or m.power > 0.0
+        return (bank.weighed(m.use, [one.evidence for one in each]) if weighs else bank), each
+
+    def weighed(self, use: Flag, evidence: Sequence[Real]) -> Bank:
+        """With each hypothesis likelier by its evidence, a logarithm, where there is some."""
+        changed = bayes(self.hypotheses, evidence)
+        after = tuple(
+            old.with_log_weight(ca.if_else(use, new.log_weight, old.log_weight))
+            for new, old in zip(changed, self.hypotheses, strict=True)
+        )
+        return replace(
+            self, state=replace(self.state, hypotheses=after), together=self.together.reweighed(after, use, changed)
+        )
+
+    def left(self, hold: Hold, noise: Scalar) -> Bank:
+        """After a piston has left what held it: how it did tells an end from an obstacle.
+
+        Args:
+            hold: of the piston.
+            noise: standard deviation of the torque [N m].
+        """
+        was = self.state.by_obstacle
+        tells = all_of(was, any_of(hold.went_on, hold.went_back))
+        odds = odds_of_obstacle(hold.press, noise, hold.went_on)
+        bank = self.weighed(tells, [odds if kind == Kind.UNKNOWN_POSITION else 0.0 for kind in self.model.kinds])
+        return replace(bank, state=replace(bank.state, by_obstacle=all_of(was, negated(hold.released))))
+
+    def placed(self, m: Measurement, low: Flag, top: Flag) -> tuple[Bank, Measured]:
+        """After a measurement of the place: a contact with an end, a reference or an angle.
+
+        Args:
+            m: the measurement.
+            low: whether it is a contact at the retracted end.
+            top: whether it is one at the extended end.
+        """
+        model = self.model
+        begun, lost_before = unknown_begun(self.hypotheses, m, self.state.entered, model)
+        each = [applied(h, m) for h in begun]
+        hypotheses = bayes([one.hypothesis for one in each], tempered(each, self._counts(low, top)))
+        fits = flag_of_likeliest(hypotheses, [one.fits for one in each])
+        accepted = self._if_used(m.use, fits, flag(False))
+        newest = ca.fmin(of_likeliest(hypotheses, [one.normal for one in each]), INNOVATION_MOST)
+        before = self.state.innovations
+        innovations = ca.if_else(fits, before + INNOVATION_GAIN * (newest - 1.0 - before), before)
+        by_low = self._placed(self.state.by_low, all_of(low, each[-1].fits), lost_before)
+        by_top = self._placed(self.state.by_top, all_of(top, each[-1].fits), lost_before)
+        renewed, how = renewal(self.hypotheses, hypotheses, m, each, Placed(low, top, by_low, by_top, fits), model)
+        final = [choose(m.use, new, old) for new, old in zip(renewed, self.hypotheses, strict=True)]
+        moved = of_likeliest(final, [h.mean[Quantity.POSITION] for h in final])
+        centred = tuple(h.shifted(-moved) for h in final)
+        found, lost = (self._if_used(m.use, one, flag(False)) for one in (how.found, how.lost))
+        # What a measurement corrects may be an error of the way: the piston has surely been that much less far away.
+        corrects = ca.if_else(m.use, moved, 0.0)
+        state = replace(
+            self.state,
+            hypotheses=centred,
+            innovations=ca.if_else(m.use, innovations, before),
+            band_width=self._widened(ca.sqrt(newest), fits, m.use),
+            entered=all_of(self.state.entered, negated(self._if_used(m.use, how.restarts, flag(False)))),
+            by_obstacle=self._if_used(m.use, how.by_obstacle, self.state.by_obstacle),
+            below=ca.if_else(found, 0.0, ca.fmax(self.state.below - ca.fmax(-corrects, 0.0), 0.0)),
+            above=ca.if_else(found, 0.0, ca.fmax(self.state.above - ca.fmax(corrects, 0.0), 0.0)),
+            lost_below=ca.if_else(lost, 0.0, self.state.lost_below),
+            lost_above=ca.if_else(lost, 0.0, self.state.lost_above),
+            room=ca.if_else(lost, 1.0, self.state.room),
+            met_low=self.state.met_low + count(all_of(accepted, low)),
+            met_top=self.state.met_top + count(all_of(accepted, top)),
+            by_low=self._if_used(m.use, all_of(by_low, negated(how.restarts)), self.state.by_low),
+            by_top=self._if_used(m.use, all_of(by_top, negated(how.restarts)), self.state.by_top),
+        )
+        together = self.together.reweighed(centred, m.use, renewed)
+        together = replace(together, wrong=self._assumed(state, self.model))
+        bank = replace(self, state=state, together=together, position=self.position + moved)
+        stages = (self.hypotheses, [one.hypothesis for one in each])
+        return bank, Measured(accepted, all_of(m.use, negated(accepted)), moved, stages)
+
+    def _counts(self, low: Flag, top: Flag) -> Scalar:
+        """How much a contact counts as evidence, after n with the same end: 1 / (1 + n r)^2 of an independent one.
+
+        n measurements whose errors are correlated by r are worth n / (1 + (n - 1) r) independent ones, 1/r at most. The
+        derivative by n at n + 1 is (1 - r) / (1 + n r)^2; without 1 - r the first contact counts in full.
+        """
+        before = ca.if_else(low, self.state.met_low, ca.if_else(top, self.state.met_top, 0.0))
+        return 1.0 / (1.0 + CONTACTS_ALIKE * before) ** 2
+
+    @staticmethod
+    def _placed(before: Flag, now: Flag, lost: Flag) -> Flag:
+        """Whether *wrong* has its position from an end after a measurement."""
+        return any_of(now, all_of(before, negated(lost)))
+
+    @staticmethod
+    def _if_used(use: Flag, after: Flag, before: Flag) -> Flag:
+        """What a flag is after a measurement, and as before where there is none.
+
+        Not a conjunction, which asks for both: what a measurement alone needs is worked out in its samples alone.
+        """
+        return holds(ca.if_else(use, count(after), count(before)))
+
+    def _widened(self, size: Scalar, fits: Flag, use: Flag) -> Scalar:
+        """How wide the band has to be by references: adaptive conformal inference.
+
+        One outside the band widens it by a step, one inside narrows it by as much as makes five of a hundred outside,
+        but never below the filter's own. So a model's error of an unexpected kind widens the band as well.
+
+        Args:
+            size: of the innovation over its standard deviation [1].
+            fits: whether the measurement is accepted, if there is one.
+            use: whether there is one; alone, for it leads into the branch of samples with a measurement.
+
+        Source: Gibbs and Candès (2021), Adaptive conformal inference under distribution shift, equation (2), in the
+        logarithm of the width.
+        """
+        width = self.state.band_width
+        outside = size > TWO_SIDED_95 * width
+        wider = width * ca.if_else(outside, math.exp(BAND_STEP * (1.0 - OUTSIDE)), math.exp(-BAND_STEP * OUTSIDE))
+        return ca.if_else(use, ca.if_else(fits, ca.fmax(wider, 1.0), width), width)
+
+    def variance(self) -> Scalar:
+        """Of the position over all hypotheses, about the nominal one [m2] (`Mixture.variance`)."""
+        return self.together.variance(self.reach)
+
+    def band(self, others: Scalar) -> tuple[Scalar, Scalar]:
+        """How far below and above the position the truth is in 95 of 100 cases [m], by references (`Mixture.band`)."""
+        return self.together.band(self.state.band_width, others, self.reach)
+
+    def beyond(self, limit: Scalar, others: Scalar) -> Scalar:
+        """Probability that the error of the position is larger than a limit [m] (`Mixture.beyond`)."""
+        return self.together.beyond(limit, self.state.band_width, others, self.reach)
+
+    def bound(self, others: Scalar) -> Scalar:
+        """The error that no more than `RISK` of the samples exceed [m], by references (`Mixture.bound`)."""
+        return self.together.bound(self.state.band_width, others)
+
+    def factor_std(self, quantity: Quantity) -> Scalar:
+        """Standard deviation of a factor under the likeliest hypothesis [1]."""
+        return self.together.std({quantity: 1.0})
+
+    def std(self, row: Row) -> Scalar:
+        """Standard deviation, under the likeliest, of something with these derivatives."""
+        return self.together.std(row)
+
+    def limited(self) -> Bank:
+        """With a position that is within the stroke, however uncertain it has become."""
+        stroke = self.model.stroke
+        limited = [h.covariance.limited(stroke, Quantity.POSITION) for h in self.hypotheses]
+        return self.with_hypotheses([h.with_covariance(c) for h, c in zip(self.hypotheses, limited, strict=True)])
+
+    def closed(self) -> BankState:
+        """The state after the sample."""
+        found = self.limited().hypotheses
+        closed = tuple(h.with_covariance(h.covariance.closed()) for h in found)
+        return replace(self.state, hypotheses=closed)

@@ -1,0 +1,174 @@
+"""A measurement, and what one hypothesis makes of it: the update of the extended Kalman filter.
+
+    z = h(x) + v,  v ~ N(0, R):     nu = z - h(x),   S = H P H' + R,   K = P H' / S
+    x <- x + K nu,   P <- (I - K H) P (I - K H)' + K R K'              where  ln N(nu; 0, S) > ln a
+    ln w <- ln w + c max(ln N(nu; 0, S), ln a)
+
+The alternative is that the measurement is of something else: an obstacle, a switch that is wrong, a valve that opened.
+Its density is a. One rule decides whether a hypothesis is corrected: the measurement is likelier as itself than as
+something else. The power c tempers evidence that is not independent (docs/explanation/model.md).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+
+import casadi as ca
+
+from ramsight.expression import Condition, Flag, Real, Scalar, all_of, scalar
+from ramsight.sensor.belief.hypothesis import Hypothesis
+from ramsight.sensor.covariance import Covariance
+from ramsight.sensor.quantity import Quantity, Row
+from ramsight.sensor.thresholds import EVENT_SHARE_LEAST
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurement:
+    """One measurement of all hypotheses.
+
+    Attributes:
+        use: whether there is one at this sample.
+        innovation: z less what was expected at the linearisation point.
+        H: derivatives of the measurement by the quantities.
+        at: the linearisation point; quantities that are left out are 0 there.
+        R: variance of its error.
+        alternative: logarithm of the density a of something else; None where `gate` gives it.
+        gate: standard deviations of the innovation at which something else is as likely.
+        teaches: the quantities that it corrects, each with its condition; None for all (the others are considered).
+        power: c, how much it counts as evidence of a hypothesis over an independent one [1]; 0 for none.
+        common: standard deviation of the error that all measurements of its kind share.
+        arrived: variance that the position gains with it [m2].
+        stands: nominal position at it, and the stroke: whatever it is lies within the cylinder [m]; None anywhere.
+    """
+
+    use: Flag
+    innovation: Scalar
+    H: Row
+    at: Mapping[Quantity, Scalar] = field(default_factory=dict)
+    R: Scalar
+    alternative: Scalar | None = None
+    gate: float = 0.0
+    teaches: Mapping[Quantity, Condition] | None = None
+    power: Real = 1.0
+    common: Real = 0.0
+    arrived: Real = 0.0
+    stands: tuple[Scalar, Scalar] | None = None
+
+    def innovation_of(self, h: Hypothesis) -> Scalar:
+        """nu, the innovation under a hypothesis."""
+        at = {one: self.at.get(one, scalar(0.0)) for one in self.H}
+        return self.innovation - h.along(self.H, at)
+
+    def something_else(self, variance: Scalar) -> Scalar:
+        """Ln a, for an innovation of this variance."""
+        if self.alternative is None:
+            return log_density(self.gate**2 * variance, variance)
+        return self.alternative
+
+    def outside(self, h: Hypothesis) -> Scalar:
+        """How far a hypothesis is beyond the cylinder's ends, squared and normalised; there is nothing to be met."""
+        if self.stands is None:
+            return scalar(0.0)
+        nominal, stroke = self.stands
+        position = nominal + h.mean[Quantity.POSITION]
+        beyond = ca.fmax(ca.fmax(-position, position - stroke), 0.0)
+        return beyond**2 / (h.position_variance + self.R + self.arrived)
+
+
+@dataclass(frozen=True)
+class Applied:
+    """A hypothesis after a measurement.
+
+    Attributes:
+        hypothesis: corrected where it fits.
+        fits: whether the measurement is likelier as itself than as something else.
+        normal: the squared innovation over its variance.
+        likelihood: ln N(nu; 0, S).
+        evidence: by how much the logarithm of the weight grows.
+        variance: S.
+        otherwise: ln a.
+    """
+
+    hypothesis: Hypothesis
+    fits: Flag
+    normal: Scalar
+    likelihood: Scalar
+    evidence: Scalar
+    variance: Scalar
+    otherwise: Scalar
+
+
+def log_density(squared: Scalar, variance: Real) -> Scalar:
+    """Logarithm of a normal density, by the square of the innovation.
+
+    Example:
+        >>> round(float(log_density(ca.DM(0.0), 1.0)), 4)
+        -0.9189
+    """
+    return -0.5 * (squared / variance + ca.log(2.0 * math.pi * variance))
+
+
+def applied(h: Hypothesis, m: Measurement) -> Applied:
+    """What a hypothesis makes of a measurement."""
+    known, innovation = h.covariance.variance(m.H), m.innovation_of(h)
+    total = known + m.R + m.common**2 + m.arrived
+    # Beyond the cylinder's ends there is neither an obstacle nor an end that is elsewhere.
+    outside = m.outside(h)
+    likelihood = log_density(ca.fmax(innovation**2, outside * total), total)
+    other = m.something_else(total) - 0.5 * outside
+    # With a gate the same without a logarithm.
+    fits = likelihood > other if m.alternative is not None else innovation**2 < m.gate**2 * total
+    covariance = h.covariance
+    if not isinstance(m.arrived, float):
+        covariance = covariance.added(Quantity.POSITION, ca.if_else(fits, m.arrived, 0.0))
+    # What all measurements of a kind have in common is not learned, however many there are.
+    new = 1.0 if isinstance(m.common, float) else ca.fmax(1.0 - m.common**2 / known, EVENT_SHARE_LEAST)
+    corrected = h.corrected(*_updated(covariance, m, innovation, m.R / new, fits))
+    return Applied(
+        hypothesis=corrected,
+        fits=fits,
+        normal=innovation**2 / total,
+        likelihood=likelihood,
+        evidence=m.power * ca.fmax(likelihood, other),
+        variance=total,
+        otherwise=other,
+    )
+
+
+def _updated(
+    covariance: Covariance, m: Measurement, innovation: Scalar, variance: Scalar, fits: Flag
+) -> tuple[Covariance, dict[str, Scalar]]:
+    if m.teaches is None:
+        return covariance.updated(m.H, innovation, variance, fits)
+    use = {one: all_of(fits, condition) for one, condition in m.teaches.items()}
+    return covariance.considered(m.H, innovation, variance, use)
+
+
+def tempered(each: Sequence[Applied], counts: Scalar) -> list[Scalar]:
+    """Evidence of a measurement like others before it, whose errors are correlated.
+
+    The errors of contacts with one end are those of its place, of the law of leakage, of the way from the other end. A
+    hypothesis that predicts each slightly better must not become certain by repetition. Of
+
+        ln N(nu; 0, S) = -1/2 (nu^2/S + ln(S/S_min) + ln(2 pi S_min))
+
+    the first and the second term count by a share up to 1 each, and in full beyond.
+
+    Args:
+        each: the hypotheses, with their likelihoods.
+        counts: that share.
+    """
+    least = reduce(ca.fmin, (one.variance for one in each))
+
+    def shared(value: Scalar) -> Scalar:
+        return counts * ca.fmin(value, 1.0) + ca.fmax(value - 1.0, 0.0)
+
+    found = []
+    for one in each:
+        misfit = shared(-2.0 * one.likelihood - ca.log(2.0 * math.pi * one.variance))
+        wider = shared(ca.log(one.variance / least))
+        found.append(ca.fmax(-0.5 * (misfit + wider + ca.log(2.0 * math.pi * least)), one.otherwise))
+    return found

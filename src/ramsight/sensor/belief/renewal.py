@@ -1,0 +1,177 @@
+"""Births of hypotheses: the position that is unknown, one that is found again, a machine that surely leaks otherwise.
+
+After a measurement of the place
+
+1. *wrong*, where it is the likeliest, becomes the first: the position is found again. Each end may be elsewhere again,
+   as likely as before, and tied to the end that the position came from.
+2. a machine that surely *leaks* otherwise becomes the first as well: its leakage is known by then, as any other's.
+3. *wrong* begins again: what became wrong since is likelier by now than what was wrong before. Where the measurement
+   may well have been an obstacle, *wrong* is that, and its position goes on as it was before.
+
+This and the priors (`BankState.initial`) are the places that set a weight; all else is Bayes' rule (`Bank.weighed`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, negated, scalar
+from ramsight.sensor.belief.hypothesis import Hypothesis, choose
+from ramsight.sensor.belief.measurement import Applied, Measurement, log_density
+from ramsight.sensor.belief.mixture import leads
+from ramsight.sensor.kind import Kind
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.quantity import Quantity
+from ramsight.sensor.thresholds import LOG_WEIGHT_LEAST, OUTSIDE, UNREACHABLE
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a measurement of the place did.
+
+    Attributes:
+        accepted: whether the likeliest hypothesis used it.
+        rejected: whether it did not.
+        moved: by how much that moved the nominal position [m].
+        stages: the hypotheses before it, and as it corrected each.
+    """
+
+    accepted: Flag
+    rejected: Flag
+    moved: Scalar
+    stages: tuple[Sequence[Hypothesis], ...]
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A measurement of the place, by what it is of.
+
+    Attributes:
+        low, top: whether it is a contact with the retracted, with the extended end.
+        by_low, by_top: whether *wrong* has its position from contacts with that end.
+        accepted: whether the likeliest hypothesis used it.
+    """
+
+    low: Flag
+    top: Flag
+    by_low: Flag
+    by_top: Flag
+    accepted: Flag
+
+
+@dataclass(frozen=True)
+class Renewed:
+    """What became of the hypotheses.
+
+    Attributes:
+        found: whether the position was found again.
+        restarts: whether *wrong* begins again.
+        by_obstacle: whether it is that the measurement was of an obstacle.
+        lost: whether it has lost its place.
+    """
+
+    found: Flag
+    restarts: Flag
+    by_obstacle: Flag
+    lost: Flag
+
+
+def unknown_begun(
+    hypotheses: Sequence[Hypothesis], m: Measurement, entered: Flag, model: MachineModel
+) -> tuple[list[Hypothesis], Flag]:
+    """With *wrong* begun again where that explains a measurement better than its own estimate, or an obstacle.
+
+    Since the last reference the position may have become wrong at any time. What *wrong* took for an end before that
+    may have been an obstacle; it does not keep the position from being found again.
+    """
+    first, wrong = hypotheses[0], hypotheses[-1]
+    unknown, own, stops = 0.5 * model.stroke, m.R + m.arrived, model.assumed.stops
+    missing = m.innovation_of(wrong)
+    variance = wrong.covariance.variance(m.H) + own
+    before = wrong.log_weight + ca.fmax(log_density(missing**2, variance), m.something_else(variance))
+    prior = ca.if_else(entered, math.log(stops.entered), math.log(stops.wrong))
+    again = prior + log_density(m.innovation_of(first) ** 2, unknown**2 + own)
+    lost = again > before
+    return [*hypotheses[:-1], choose(lost, unknown_position(first, prior, model), wrong)], lost
+
+
+def unknown_position(of: Hypothesis, weight: Real, model: MachineModel) -> Hypothesis:
+    """A hypothesis that knows the machine as another one does, but not the position, nor whether it leaks more."""
+    leak = model.assumed.machine.leak
+    covariance = of.covariance.independent(Quantity.POSITION, 0.5 * model.stroke)
+    covariance = covariance.at_least(Quantity.LEAKAGE, leak**2)
+    return replace(of, covariance=covariance, log_weight=scalar(0.0) + weight)
+
+
+def renewal(
+    before: Sequence[Hypothesis],
+    after: Sequence[Hypothesis],
+    m: Measurement,
+    each: Sequence[Applied],
+    placed: Placed,
+    model: MachineModel,
+) -> tuple[list[Hypothesis], Renewed]:
+    """The hypotheses after a measurement of the place.
+
+    Args:
+        before: the hypotheses before it.
+        after: the same, corrected and weighed.
+        m: the measurement.
+        each: what each hypothesis made of it.
+        placed: what it is of.
+        model: of the machine.
+    """
+    kinds, stops = model.kinds, model.assumed.stops
+    described, *between, wrong = after
+    found = leads(after, len(kinds) - 1)
+    first = described
+    if Kind.LEAKS in kinds:
+        place = kinds.index(Kind.LEAKS)
+        leaks = after[place]
+        surely = all_of(leads(after, place), described.log_weight < math.log(OUTSIDE), placed.accepted)
+        first = choose(surely, leaks, described)
+        between[place - 1] = leaks.with_log_weight(ca.if_else(surely, LOG_WEIGHT_LEAST, leaks.log_weight))
+    first = choose(found, wrong, first)
+    for place, other in _ends_elsewhere(first, before, placed, model).items():
+        between[place - 1] = choose(found, other, between[place - 1])
+    prior = math.log(stops.wrong)
+    was = before[0]
+    was_known = was.position_variance < (0.25 * model.stroke) ** 2
+    restarts = any_of(found, all_of(placed.accepted, any_of(wrong.log_weight < prior, negated(was_known))))
+    # A reference is never an obstacle.
+    obstacle = ca.if_else(any_of(placed.low, placed.top), m.something_else(m.R), UNREACHABLE)
+    odds = obstacle - ca.if_else(found, each[-1].likelihood, each[0].likelihood)
+    perhaps = all_of(restarts, odds < 0.0, odds > math.log(OUTSIDE))
+    # A position that was unknown before an obstacle is unknown after it.
+    weight = first.log_weight + odds
+    unknown = unknown_position(first, ca.if_else(perhaps, ca.fmax(weight, prior), prior), model)
+    goes_on = all_of(perhaps, was_known, negated(found))
+    lost = all_of(restarts, negated(goes_on))
+    again = choose(goes_on, was.with_log_weight(weight), unknown)
+    return [first, *between, choose(restarts, again, wrong)], Renewed(found, restarts, perhaps, lost)
+
+
+def _ends_elsewhere(
+    first: Hypothesis, kept: Sequence[Hypothesis], placed: Placed, model: MachineModel
+) -> dict[int, Hypothesis]:
+    """Hypotheses of ends that are elsewhere, by their place, around the position that *wrong* has found.
+
+    *Wrong* takes both ends for described. Each may be elsewhere, as likely as at first or as contacts left it, and
+    where the position is that of contacts with this end alone it is off by as much. Contacts with both that agree with
+    the stroke leave neither elsewhere.
+    """
+    stops, both = model.assumed.stops, all_of(placed.by_low, placed.by_top)
+    prior = math.log(stops.undeclared / (1.0 - 2.0 * stops.undeclared))
+    ends = {Kind.LOW: (Quantity.LOW, placed.by_low), Kind.TOP: (Quantity.TOP, placed.by_top)}
+    found = {}
+    for k, kind in enumerate(model.kinds):
+        if kind in ends:
+            end, by_it = ends[kind]
+            odds = ca.if_else(both, LOG_WEIGHT_LEAST, ca.fmin(prior, kept[k].log_weight - kept[0].log_weight))
+            tied = first.covariance.tied(end, stops.elsewhere * model.stroke, count(by_it))
+            found[k] = replace(first, covariance=tied, log_weight=first.log_weight + odds)
+    return found

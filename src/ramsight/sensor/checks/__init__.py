@@ -1,0 +1,1 @@
+"""Reports of the drive that are held against each other."""

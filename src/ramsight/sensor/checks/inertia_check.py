@@ -1,0 +1,124 @@
+"""The torque against the shaft's acceleration: a wrong sign shows whenever the motor speeds up or slows down.
+
+What a load, a pump or a valve asks of the motor is unknown, but none of it follows the acceleration from one tenth of a
+second to the next, and the inertia of motor and pumps does: where the acceleration steps, the torque steps by J times
+that, up where it goes up. Both pass the same band-pass filter,
+
+    y = F tau,      x = F J d omega/dt,      y ~ x,  and y ~ -x where the sign of either report is wrong
+
+and the likelihoods of both are compared as long as the motor turns one way (at standstill friction steps, too): a
+cumulative sum of -2 x y / s^2 that never falls below 0 (Page, 1954). A gain cannot be seen: what oil and moved mass
+add to y is up to a third of x, and J itself is known no better.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Scalar, all_of, within
+from ramsight.plant.symbols import Parameters
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.checks.drive_check import DriveChecks
+from ramsight.sensor.inputs.sample import Sample
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.thresholds import (
+    ALARM_RELEASE_SHARE,
+    BAND_FAST,
+    BAND_SLOW,
+    FRICTION_STEADY_SPEED,
+    INERTIA_GAP,
+    INERTIA_GATE,
+    INERTIA_MODEL_STD,
+    LOG_RATIO_MOST,
+    SHORTEST_STEP,
+    SIGN_ALARM,
+    SUM_CEILING,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BandState:
+    """A band-pass filter: the difference of two low-pass filters [N m]."""
+
+    fast: Scalar = leaf("N m")
+    slow: Scalar = leaf("N m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class InertiaState:
+    """Torque and acceleration.
+
+    Attributes:
+        ramp: whether the motor turned one way at the last sample.
+        expected: filter of the torque that the acceleration asks for.
+        reported: filter of the reported torque.
+        evidence: cumulative sum of log-likelihood ratios.
+        alarm: whether it showed a wrong sign.
+    """
+
+    ramp: Flag = leaf("1")
+    expected: BandState = field(default_factory=BandState)
+    reported: BandState = field(default_factory=BandState)
+    evidence: Scalar = leaf("1")
+    alarm: Flag = leaf("1")
+
+    @classmethod
+    def initial(cls, assumptions: Assumptions) -> InertiaState | None:
+        """Before the first sample; None where the inertia is not declared."""
+        return cls() if assumptions.inertia.std > 0.0 else None
+
+
+def shaft_inertia(table: Parameters, inertia: float) -> Scalar:
+    """Inertia of motor, belt and pumps at the motor shaft [kg m2], as a parameter."""
+    found: Scalar = table.add("inertia", inertia)
+    return found
+
+
+def check_inertia(
+    state: InertiaState, sample: Sample, checks: DriveChecks, inertia: Scalar, model: MachineModel
+) -> tuple[InertiaState, DriveChecks]:
+    """The checks with what ramps show of the signs.
+
+    Args:
+        state: before the sample.
+        sample: with the speed that is used.
+        checks: of counter and power.
+        inertia: at the motor shaft [kg m2].
+        model: of the machine.
+    """
+    h = ca.fmax(sample.elapsed, SHORTEST_STEP)
+    ramp = _turns_one_way(sample)
+    turns = all_of(state.ramp, ramp)
+    asked = inertia * (sample.motor_speed - sample.last_speed) / h
+    expected, x = _band(state.expected, asked, turns, h)
+    reported, y = _band(state.reported, 0.5 * (sample.motor_torque + sample.last_torque), turns, h)
+    noise = model.torque_std
+    variance = noise**2 + (model.assumed.inertia.std**2 + INERTIA_MODEL_STD**2) * x**2
+    shows = all_of(ca.fabs(x) > noise, ca.fabs(y) < INERTIA_GATE * ca.fabs(x) + noise)
+    ratio = within(-2.0 * x * y / variance, -LOG_RATIO_MOST, LOG_RATIO_MOST)
+    grown = within(state.evidence + ratio * sample.elapsed / BAND_SLOW, 0.0, SUM_CEILING * SIGN_ALARM)
+    evidence = ca.if_else(all_of(turns, shows), grown, state.evidence)
+    alarm = evidence > ca.if_else(state.alarm, ALARM_RELEASE_SHARE * SIGN_ALARM, SIGN_ALARM)
+    after = InertiaState(ramp=ramp, expected=expected, reported=reported, evidence=evidence, alarm=alarm)
+    more = {**checks.more, "sign_reversed": (evidence / SIGN_ALARM, "1")}
+    return after, replace(checks, sign_wrong=alarm, more=more, declared=True)
+
+
+def _turns_one_way(sample: Sample) -> Flag:
+    """Whether the motor turned one way during the sample, fast enough for steady friction."""
+    w, last = sample.motor_speed, sample.last_speed
+    one_way = all_of(ca.fmin(ca.fabs(w), ca.fabs(last)) > FRICTION_STEADY_SPEED, w * last > 0.0)
+    follows = all_of(sample.elapsed > 0.0, sample.elapsed < INERTIA_GAP)
+    return all_of(one_way, follows)
+
+
+def _band(state: BandState, value: Scalar, turns: Flag, h: Scalar) -> tuple[BandState, Scalar]:
+    """A value through the band-pass filter; it starts where the motor begins to turn."""
+    fast, slow = (
+        ca.if_else(turns, value + (before - value) * ca.exp(-h / constant), value)
+        for before, constant in ((state.fast, BAND_FAST), (state.slow, BAND_SLOW))
+    )
+    return BandState(fast=fast, slow=slow), fast - slow

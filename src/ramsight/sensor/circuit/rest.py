@@ -1,0 +1,124 @@
+"""What moves a rod at rest unobserved: a load that changes, valves that leak, oil that cools."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Condition, Flag, Scalar, all_of, any_of, negated
+from ramsight.plant.oil import MINERAL_EXPANSION, trapped_expansion
+from ramsight.plant.valve import CLOSED_POINT
+from ramsight.sensor.circuit.load_step import LoadStep
+from ramsight.sensor.inputs.sample import Sample
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.thresholds import (
+    CERTAIN,
+    LOAD_CHANGE_GAIN,
+    LOAD_CHANGE_SURE,
+    LOAD_FOUND_TIME,
+    MOTOR_TURNS,
+    SHOWN_SHARE,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnseenLoadState:
+    """Changes of the load at rest.
+
+    Attributes:
+        shown_for: how long the torque has shown the load [s].
+        load: that it showed last [N].
+        was_seen: whether it ever did.
+        changes: mean square of the load changes over the expected one, less 1.
+    """
+
+    shown_for: Scalar = leaf("s")
+    load: Scalar = leaf("N")
+    was_seen: Flag = leaf("1")
+    changes: Scalar = leaf("1")
+
+
+@dataclass(frozen=True)
+class UnseenLoad:
+    """By how much an unobserved change of the load may have moved the rod; 0 while the load is observed.
+
+    Attributes:
+        std: standard deviation [m].
+        most: what is exceeded as seldom as the position's bound [m].
+    """
+
+    std: Scalar
+    most: Scalar
+
+
+def creep(sample: Sample, position: Scalar, load: Scalar, warming: Scalar, model: MachineModel) -> Scalar:
+    """By how much the position's standard deviation grows while a closed valve holds the load [m].
+
+    Closed valves leak by a rate that is unknown and constant, and trapped oil changes its volume with its temperature,
+    by more than is described or, where nothing is described, as mineral oil does. Both errors keep their sign, so
+    deviations are added and not their squares.
+
+    Args:
+        sample: the sample.
+        position: before it [m].
+        load: over what the relief valves carry [1].
+        warming: of the oil [K/s].
+        model: of the machine.
+    """
+    unit, machine = model.unit, model.assumed.machine
+    area = float(unit.cylinder.area(unit.held))
+    pressure = model.limits.pressure * ca.fmin(ca.fabs(load), 1.0)
+    viscosity = model.viscosity(sample.oil_temperature)
+    leaks = machine.closed_leakage * CLOSED_POINT * pressure / viscosity / area * sample.elapsed
+    height = position if unit.held == "a" else unit.cylinder.stroke - position
+    dead = float(unit.cylinder.dead_volume(unit.held)) / area
+    per_kelvin = trapped_expansion(sample.oil_temperature, MINERAL_EXPANSION) * (ca.fmax(height, 0.0) + dead)
+    share = machine.expansion if unit.oil.expansion is not None else math.hypot(1.0, machine.expansion)
+    grown: Scalar = leaks + share * per_kelvin * ca.fabs(warming) * sample.elapsed
+    return grown
+
+
+def unseen_load(
+    state: UnseenLoadState,
+    sample: Sample,
+    step: LoadStep,
+    held: Condition,
+    expected: Scalar,
+    furthest: Scalar,
+) -> tuple[UnseenLoadState, UnseenLoad]:
+    """What an unobserved change of the load may do to the position.
+
+    The changes observed so far show how large the next one usually is, as well as a dozen of them can, and nothing of a
+    rare one: for the bound it is no less than expected at first, and no more than what relief valves carry.
+
+    Args:
+        state: before the sample.
+        sample: the sample.
+        step: of the load observer.
+        held: whether the piston is held on a stop, where a load does not move it.
+        expected: a load change before any has been observed, standard deviation [N].
+        furthest: that a load can be from the one observed last [N].
+    """
+    shows = all_of(step.torque.shows > SHOWN_SHARE, ca.fabs(sample.motor_speed) > MOTOR_TURNS)
+    shown_for = ca.if_else(shows, state.shown_for + sample.elapsed, 0.0)
+    sees = shown_for > LOAD_FOUND_TIME
+    learns = all_of(all_of(sees, state.shown_for <= LOAD_FOUND_TIME), state.was_seen)
+    mean_square = 1.0 + state.changes
+    # The rule of succession: of one more change than the mean has, 2 / gain - 1, one may be as large as described.
+    newest = ((step.load.value - state.load) / expected) ** 2 + 0.5 * LOAD_CHANGE_GAIN
+    learnt = mean_square + ca.if_else(learns, LOAD_CHANGE_GAIN * (newest - mean_square), 0.0)
+    unseen = negated(any_of(sees, held))
+    usual = expected * ca.sqrt(ca.fmax(learnt, 0.0))
+    most = ca.fmin(CERTAIN * ca.fmax(usual, expected), furthest)
+    give = step.motion.give_alone
+    after = UnseenLoadState(
+        shown_for=shown_for,
+        load=ca.if_else(sees, step.load.value, state.load),
+        was_seen=any_of(state.was_seen, sees),
+        changes=learnt - 1.0,
+    )
+    found = UnseenLoad(ca.if_else(unseen, give * LOAD_CHANGE_SURE * usual, 0.0), ca.if_else(unseen, give * most, 0.0))
+    return after, found

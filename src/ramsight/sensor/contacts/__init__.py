@@ -1,0 +1,1 @@
+"""A press from its first sample to how it was left."""

@@ -1,0 +1,353 @@
+"""When a piston that is held is released.
+
+When the motor turns back, the stop holds the piston until its oil has decompressed to the load that it carried before,
+or the oil on the other side is compressed as far; sooner, when the torque changes less than that of a closed volume,
+and neither compliance nor noise explains that; at the latest when several times as much oil has been drawn as
+compliance gives back. Meanwhile the torque shows the compliance.
+
+When the motor goes on pushing, the piston is released where the torque stays behind that of a closed volume, and
+neither its compliance nor a relief valve that opens early explains that. Then it may not have been held since the
+torque stays behind: it may have moved as far as the pump delivered, less what leaked before, and no farther than the
+oil gives way by what the torque stays behind. Its oil was compressed no more than the torque shows, and what it gave
+way by then is travel (`load_release`).
+
+Where the pump holds the load, the piston also leaves a stop at rest: leakage lets the oil's force sink below the load
+that it carried before, or the torque stays at that load while a closed volume would lose it:
+
+    released at rest when |change expected - change shown| > 4 sigma + 0.5 |change expected|
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, negated, scalar
+from ramsight.sensor.circuit.load_step import LoadStep
+from ramsight.sensor.inputs.sample import Sample
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.thresholds import (
+    COMPLIANCE_GATE,
+    DECOMPRESSION_MOST,
+    LOAD_MEMORY,
+    RELEASE_MODEL,
+    RELEASE_NOISE,
+    SHORTEST_STEP,
+    TORQUE_LEAST,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RestState:
+    """A piston that is held at rest.
+
+    Attributes:
+        held: whether it was at the last sample.
+        expected_began: expected torque when that began [N m].
+        shown_began: reported torque then [N m].
+        least_behind: how far the reported torque stayed behind least since [N m].
+        sunk: way that explains how far it stays behind [m].
+    """
+
+    held: Flag = leaf("1")
+    expected_began: Scalar = leaf("N m")
+    shown_began: Scalar = leaf("N m")
+    least_behind: Scalar = leaf("N m")
+    sunk: Scalar = leaf("m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReleaseState:
+    """A piston that may be released.
+
+    Attributes:
+        pushing_began: expected torque when the motor began to push [N m].
+        load_least: least load lately, before the piston stood [N].
+        load_largest: largest load lately, before it stood [N].
+        drawn_back: way by what the pump has drawn since the motor turns back [m].
+        pressed_before: force on what holds it before that [N].
+        back_largest: largest torque since the motor turns back [N m].
+        back_least: least torque since [N m].
+        leakage: velocity by leakage, before the piston stood [m/s].
+        pushed_in_vain: way by what the pump has delivered since the torque stays behind [m].
+        rest: the piston held at rest.
+    """
+
+    pushing_began: Scalar = leaf("N m")
+    load_least: Scalar = leaf("N")
+    load_largest: Scalar = leaf("N")
+    drawn_back: Scalar = leaf("m")
+    pressed_before: Scalar = leaf("N")
+    back_largest: Scalar = leaf("N m")
+    back_least: Scalar = leaf("N m")
+    leakage: Scalar = leaf("m/s")
+    pushed_in_vain: Scalar = leaf("m")
+    rest: RestState = field(default_factory=RestState)
+
+
+@dataclass(frozen=True)
+class Holding:
+    """The piston before a sample, and what a contact stage knows of it.
+
+    Attributes:
+        held: whether it is held.
+        direction: in which it cannot go on then, +1 for extension.
+        turns: whether the motor turns.
+        keeps_load: whether the load from before is kept: the piston stands, or is held.
+        relief_tolerance: share of a pressure by which a relief valve may hold it lower than described [1].
+        compliance_std: standard deviation of the compliance [1].
+    """
+
+    held: Flag
+    direction: Scalar
+    turns: Flag
+    keeps_load: Flag
+    relief_tolerance: Real
+    compliance_std: Scalar
+
+
+@dataclass(frozen=True)
+class Grip:
+    """What holds a piston, at a sample.
+
+    Attributes:
+        rests: whether it is held while the motor stands.
+        pushing: whether the motor pushes against what holds it.
+        back: whether the motor turns back.
+        released: whether the piston is released.
+        pressed: force of the oil beside the load from before, in the direction of extension [N].
+        rise: change of the expected torque since the motor pushes, in its direction [N m].
+        missing: what the reported torque stays behind that [N m].
+        went: way that a piston which is released may have moved while it seemed held [m].
+        shown: share of what its oil did while it was held that the torque shows [1]; of a piston just released.
+        travel_std: standard deviation of the way that it may have moved while the motor turns back, or stands [m].
+    """
+
+    rests: Flag
+    pushing: Flag
+    back: Flag
+    released: Flag
+    pressed: Scalar
+    rise: Scalar
+    missing: Scalar
+    went: Scalar
+    shown: Scalar
+    travel_std: Scalar
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """The torque of a held piston while the motor turns back.
+
+    Attributes:
+        behind: whether it changes less than that of a closed volume.
+        surely: whether compliance and noise do not explain that: the piston moves.
+        largest, least: torque since the motor turns back [N m].
+        most_behind: how far it stays behind, and by how much more the compliance may hide [N m].
+    """
+
+    behind: Flag
+    surely: Flag
+    largest: Scalar
+    least: Scalar
+    most_behind: Scalar
+
+
+@dataclass(frozen=True)
+class _AtRest:
+    """Changes of the torque of a piston held at rest, since that began [N m]."""
+
+    expected: Scalar
+    shown: Scalar
+    state: RestState
+    sunk: Scalar
+
+
+def look_for_release(
+    state: ReleaseState, sample: Sample, step: LoadStep, piston: Holding, model: MachineModel
+) -> tuple[ReleaseState, Grip]:
+    """Whether a held piston is released.
+
+    Args:
+        state: before the sample.
+        sample: with the speed that is used.
+        step: of the load observer.
+        piston: before the sample.
+        model: of the machine.
+    """
+    held, direction, turns = piston.held, piston.direction, piston.turns
+    same_way = ca.sign(sample.extending_speed) == direction
+    rests = all_of(held, all_of(negated(turns), sample.elapsed > 0.0))
+    pushing = all_of(held, all_of(turns, same_way))
+    back = all_of(held, all_of(turns, negated(same_way)))
+    load_least, load_largest, load_before = _load_before(state, sample, step, piston, model)
+    pressed = model.lift * (step.load.carried - load_before)
+    friction = model.of_circuit("cylinder.coulomb_friction")
+    sunk_at_rest = all_of(rests, pressed * direction < -friction)
+    built = step.torque.expected - state.pushing_began
+    sense = direction * sample.way  # sign of the torque that pushes
+    missing, rise = -step.torque.innovation * sense, built * sense
+    compliance = piston.compliance_std
+    explained = (
+        RELEASE_NOISE * step.torque.noise
+        + COMPLIANCE_GATE * compliance * ca.fabs(built)
+        + piston.relief_tolerance * ca.fabs(step.torque.expected)
+    )
+    yields = all_of(pushing, missing > explained)
+    drawn = _drawn(state, step, back, compliance)
+    behind = any_of(all_of(pushing, missing > compliance * rise), all_of(back, drawn.behind))
+    most_behind = ca.if_else(pushing, missing + compliance * rise, drawn.most_behind)
+    leakage, pushed = _moved_in_vain(state, sample, step, any_of(piston.keeps_load, negated(turns)), model)
+    rest = _at_rest(state.rest, sample, step, rests, back, model)
+    stays = all_of(rests, torque_stays(step, rest.expected, rest.shown))
+    pumped = ca.fabs(sample.extending_angle) * model.travel_per_radian
+    oil_back = ca.if_else(back, state.drawn_back + pumped, 0.0)
+    towards = pressed * direction
+    pressed_before = ca.if_else(back, state.pressed_before, ca.fabs(towards))
+    most_drawn = oil_back > DECOMPRESSION_MOST * step.motion.give * state.pressed_before
+    leaves = all_of(back, any_of(drawn.surely, any_of(towards < -friction, most_drawn)))
+    released = any_of(any_of(leaves, sunk_at_rest), any_of(yields, stays))
+    # Of a piston that was pressed on it before, the torque has long shown that; what it stays behind is a part of all.
+    built_up = ca.fmax(rise, ca.fabs(pressed) * model.travel_per_radian)
+    shown = ca.if_else(yields, _share(built_up - missing, built_up), 1.0)
+    shown = ca.if_else(stays, _share(rest.shown, rest.expected), shown)
+    after = ReleaseState(
+        pushing_began=ca.if_else(pushing, state.pushing_began, step.torque.expected),
+        load_least=load_least,
+        load_largest=load_largest,
+        drawn_back=oil_back,
+        pressed_before=pressed_before,
+        back_largest=drawn.largest,
+        back_least=drawn.least,
+        leakage=leakage,
+        pushed_in_vain=ca.if_else(behind, pushed, 0.0),
+        rest=rest.state,
+    )
+    grip = Grip(
+        rests=rests,
+        pushing=pushing,
+        back=back,
+        released=released,
+        pressed=pressed,
+        rise=rise,
+        missing=missing,
+        went=ca.if_else(any_of(yields, leaves), way_gone(pushed, most_behind, step, model), 0.0),
+        shown=shown,
+        travel_std=rest.sunk + compliance * oil_back,
+    )
+    return after, grip
+
+
+def _drawn(state: ReleaseState, step: LoadStep, back: Flag, compliance: Scalar) -> _Drawn:
+    """Whether a piston moves with a motor that turns back, by a torque that changes less than a closed volume's.
+
+    The oil on the stop's side decompresses, or the one on the other side is compressed; either way the torque changes
+    until the piston leaves the stop. While a valve that holds the load opens, that comes a little sooner or later; so
+    the change counts from the largest, or the least torque.
+    """
+    torque, noise = step.torque.expected, RELEASE_NOISE * step.torque.noise
+    behind, surely, extremes, most = [], [], [], scalar(0.0)
+    for extreme, sign in ((state.back_largest, 1.0), (state.back_least, -1.0)):
+        now = ca.if_else(back, ca.fmax(sign * extreme, sign * torque), sign * torque)
+        changed, left = now - sign * torque, sign * step.torque.innovation
+        behind.append(left > compliance * changed)
+        surely.append(all_of(changed > noise, left > noise + COMPLIANCE_GATE * compliance * changed))
+        extremes.append(sign * now)
+        most = ca.fmax(most, left + compliance * changed)
+    largest, least = extremes
+    return _Drawn(any_of(*behind), any_of(*surely), largest, least, most)
+
+
+def _moved_in_vain(
+    state: ReleaseState, sample: Sample, step: LoadStep, keeps: Flag, model: MachineModel
+) -> tuple[Scalar, Scalar]:
+    """Velocity by leakage before the piston stood [m/s], and the way that the pump delivered beyond that [m]."""
+    pumped = sample.extending_angle * model.travel_per_radian
+    newest = (pumped - step.motion.free_travel) / ca.fmax(sample.elapsed, SHORTEST_STEP)
+    share = ca.fmin(sample.elapsed / LOAD_MEMORY, 1.0)
+    leakage = ca.if_else(keeps, state.leakage, state.leakage + share * (newest - state.leakage))
+    pushed = state.pushed_in_vain + pumped - state.leakage * sample.elapsed
+    return leakage, pushed
+
+
+def way_gone(pushed: Scalar, behind: Scalar, step: LoadStep, model: MachineModel) -> Scalar:
+    """The longest way that a piston may have gone while it seemed held [m].
+
+    Oil that moves the piston is not compressed: the torque stays behind by as much as the oil gives way on that way.
+
+    Args:
+        pushed: way by what the pump has delivered meanwhile [m].
+        behind: how far the torque stays behind that of a piston that is held [N m].
+        step: of the load observer.
+        model: of the machine.
+    """
+    return ca.fmin(ca.fabs(pushed), _given_way(ca.fmax(behind, 0.0) + step.torque.noise, step, model))
+
+
+def _given_way(torque: Scalar, step: LoadStep, model: MachineModel) -> Scalar:
+    """Way that the oil gives by a change of the torque [m]."""
+    return torque * step.motion.give / model.travel_per_radian
+
+
+def _at_rest(state: RestState, sample: Sample, step: LoadStep, rests: Flag, back: Flag, model: MachineModel) -> _AtRest:
+    """Changes of the expected torque and of the reported one since a piston is held at rest.
+
+    The changes count: a load that was followed slowly may have been another one when the piston seemed to stand. How
+    far the reported torque stays behind is a way that the piston may have sunk, since it went along last.
+    """
+    goes_on = all_of(rests, state.held)
+    expected = ca.if_else(state.held, step.torque.expected - state.expected_began, 0.0)
+    shown = ca.if_else(state.held, sample.motor_torque - state.shown_began, 0.0)
+    behind = (expected - shown) * ca.sign(expected)
+    went_along = ca.if_else(rests, ca.fmin(state.least_behind, behind), 0.0)
+    way = _given_way(behind - went_along, step, model)
+    sunk = ca.if_else(rests, way, ca.if_else(back, state.sunk, 0.0))
+    after = RestState(
+        held=rests,
+        expected_began=ca.if_else(goes_on, state.expected_began, step.torque.expected),
+        shown_began=ca.if_else(goes_on, state.shown_began, sample.motor_torque),
+        least_behind=went_along,
+        sunk=sunk,
+    )
+    return _AtRest(expected, shown, after, sunk)
+
+
+def _load_before(
+    state: ReleaseState, sample: Sample, step: LoadStep, piston: Holding, model: MachineModel
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Least and largest load before the piston stood, and which of them the oil carried [N].
+
+    While the piston comes to stand the load seems to collapse, for what stops it carries it: the largest or the least
+    one of the last moments is the one from before.
+    """
+    load, share = step.load.value, ca.fmin(sample.elapsed / LOAD_MEMORY, 1.0)
+    share = ca.if_else(sample.started, share, 1.0)
+    least = ca.if_else(
+        piston.keeps_load, state.load_least, ca.fmin(load, state.load_least + share * (load - state.load_least))
+    )
+    largest = ca.if_else(
+        piston.keeps_load, state.load_largest, ca.fmax(load, state.load_largest + share * (load - state.load_largest))
+    )
+    before = ca.if_else(piston.direction * model.lift > 0.0, least, largest)
+    return least, largest, before
+
+
+def _share(shown: Scalar, expected: Scalar) -> Scalar:
+    """How much of an expected change is there, 0 to 1."""
+    some = ca.fmax(shown * ca.sign(expected), 0.0)
+    return ca.fmin(some / ca.fmax(ca.fabs(expected), TORQUE_LEAST), 1.0)
+
+
+def torque_stays(step: LoadStep, expected: Scalar, shown: Scalar) -> Flag:
+    """Whether the torque stays while that of a piston held at rest would change: it is not held.
+
+    Args:
+        step: of the load observer.
+        expected: change of the expected torque since the piston is held at rest [N m].
+        shown: change of the reported one [N m].
+    """
+    sense, noise = ca.sign(expected), RELEASE_NOISE * step.torque.noise
+    stays = (expected - shown) * sense > noise + RELEASE_MODEL * ca.fabs(expected)
+    return all_of(stays, -step.torque.innovation * sense > noise)

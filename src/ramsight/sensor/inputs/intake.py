@@ -1,0 +1,361 @@
+"""Input check: impossible values are replaced, unusable samples passed over, and both are named.
+
+A sample without a usable speed or time leaves every state as it is, and the next good sample counts the time from the
+last good one. Without a usable torque the last one is used. A torque that steps while the motor turns is confirmed by
+the next sample before it is used: one wrong value would press oil over the relief valve of the simulated circuit, or
+empty a chamber, and the simulated piston would not return. No fault changes the circuit's volume balance by more than
+the elapsed time allows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, flag, negated, scalar
+from ramsight.plant.oil import T40
+from ramsight.sensor.inputs.sample import (
+    SHAFT_ANGLE,
+    CounterState,
+    Raw,
+    Sample,
+    commanded,
+    first_commands,
+    kept_commands,
+    way_of,
+)
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.thresholds import (
+    BLIND_PRESSURE_SHARE,
+    BRIDGE_ERROR_SHARE,
+    BRIDGED_GAP,
+    CLOCK_RESET,
+    GAP_PERIOD,
+    HABIT_GAIN,
+    HABIT_LEAST,
+    LONGEST_GAP,
+    MOTOR_TURNS,
+    NUMBER_LIMIT,
+    OIL_TIME_CONSTANT,
+    REPEATS_LEARNT,
+    RUNNING_SHARE,
+    SHORTEST_PERIOD,
+    SHORTEST_STEP,
+    SPEED_LIMIT_SHARE,
+    STUCK_EVIDENCE,
+    TEMPERATURE_HIGHEST,
+    TEMPERATURE_LOWEST,
+    TEMPERATURE_STEP,
+    TEMPERATURE_STEP_LONGEST,
+    TEMPERATURE_STEP_SHORTEST,
+    TORQUE_LIMIT_SHARE,
+    TORQUE_STEADY_SPEED,
+    TORQUE_STEP_SHARE,
+    UNSEEN_SPEED_SHARE,
+    USUAL_PERIOD,
+    ZERO_GATE,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TorqueState:
+    """The torque of the last sample, and how often it changes.
+
+    Attributes:
+        value: that was used [N m].
+        habit: share of samples in which it changes.
+        repeats: samples in a row in which it did not, while the motor turned.
+        waits: whether a step waits to be confirmed.
+    """
+
+    value: Scalar = leaf("N m")
+    habit: Scalar = leaf("1")
+    repeats: Scalar = leaf("1")
+    waits: Flag = leaf("1")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TemperatureState:
+    """The oil's temperature.
+
+    Attributes:
+        filtered: [K]; 0 while none is known.
+        step_for: how long a step has lasted [s].
+        good_for: how long the reported temperature was good before [s].
+    """
+
+    filtered: Scalar = leaf("K")
+    step_for: Scalar = leaf("s")
+    good_for: Scalar = leaf("s")
+
+
+@dataclass(frozen=True, kw_only=True)
+class IntakeState:
+    """The last sample that counted, and what is known of each input.
+
+    Attributes:
+        started: whether a sample counted.
+        time: of it [s].
+        motor_speed: that was used [rad/s].
+        torque: of the motor.
+        temperature: of the oil.
+        commands: of the commanded parts.
+        counter: of the shaft, where it is declared.
+        clock: time of the last sample of all [s].
+        clocked: whether there was one.
+    """
+
+    started: Flag = leaf("1")
+    time: Scalar = leaf("s", exact="time")
+    motor_speed: Scalar = leaf("rad/s")
+    torque: TorqueState = field(default_factory=TorqueState)
+    temperature: TemperatureState = field(default_factory=TemperatureState)
+    commands: Mapping[str, Scalar] = leaf("1", None)
+    counter: CounterState | None = None
+    clock: Scalar = leaf("s", always=True, exact="time")
+    clocked: Flag = leaf("1", always=True)
+
+    @classmethod
+    def initial(cls, commands: Sequence[str], measured: Sequence[str]) -> IntakeState:
+        """Before the first sample.
+
+        Args:
+            commands: names of the commanded parts.
+            measured: what else is measured.
+        """
+        counter = CounterState() if SHAFT_ANGLE in measured else None
+        return cls(commands=first_commands(commands), counter=counter)
+
+
+@dataclass(frozen=True)
+class Intake:
+    """What is wrong with a sample, and by how much the position has become less certain.
+
+    Attributes:
+        usable: whether the sample counts at all.
+        passed_over: whether every state stays as it is.
+        missing: speed, torque or time is missing.
+        replaced: the speed is missing, and the shaft's counter takes its place.
+        overspeed: the speed is impossible.
+        overtorque: the torque is impossible.
+        stuck: the torque stands still.
+        frozen: time does not advance.
+        gap: samples are missing before this one.
+        temperature_bad: the temperature is missing or impossible.
+        passed: time since the last sample by the clock, 0 if it does not advance [s].
+        drift: by how much the position's standard deviation grows [m].
+        unseen: how far the piston may have moved since the last sample that counted [m].
+    """
+
+    usable: Flag
+    passed_over: Flag
+    missing: Flag
+    replaced: Flag
+    overspeed: Flag
+    overtorque: Flag
+    stuck: Flag
+    frozen: Flag
+    gap: Flag
+    temperature_bad: Flag
+    passed: Scalar
+    drift: Scalar
+    unseen: Scalar
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """The time of a sample.
+
+    Attributes:
+        number: whether there is one.
+        raw: since the last sample that counted [s].
+        back: whether the clock was set back.
+        forward: whether it advances, or this is the first sample.
+        jump: whether the gap is too long to be integrated over.
+        counted: whether the time since the last sample counts.
+    """
+
+    number: Flag
+    raw: Scalar
+    back: Flag
+    forward: Flag
+    jump: Flag
+    counted: Flag
+
+
+def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[IntakeState, Sample, Intake]:
+    """The sample with checked inputs, and what is wrong with it."""
+    clock = _clock(state, raw)
+    reported, replaced = _reported_speed(state, raw, clock, model)
+    speed_ok = _inside(reported, SPEED_LIMIT_SHARE * model.max_speed)
+    usable = all_of(clock.number, speed_ok, any_of(clock.forward, clock.back))
+    elapsed = ca.if_else(all_of(usable, clock.counted), clock.raw, 0.0)
+    passed, stands = _ticks(state, raw, clock)
+    torque_state, torque_ok, stuck = _torque(state, raw, reported, model)
+    temperature_state, temperature, temperature_ok = _temperature(state.temperature, raw, elapsed)
+    no_number = negated(all_of(_inside(reported, NUMBER_LIMIT), _inside(raw.motor_torque, NUMBER_LIMIT)))
+    speed = ca.if_else(speed_ok, reported, state.motor_speed)
+    last_speed = ca.if_else(clock.counted, state.motor_speed, speed)
+    commands = commanded(raw.commands, state.commands)
+    sample = Sample(
+        started=state.started,
+        elapsed=elapsed,
+        motor_speed=speed,
+        last_speed=last_speed,
+        mean_speed=0.5 * (last_speed + speed),
+        motor_torque=torque_state.value,
+        last_torque=state.torque.value,
+        oil_temperature=temperature,
+        reference=raw.reference,
+        referenced=raw.referenced,
+        commands=commands,
+        way=way_of(list(commands.values())),
+        last_way=way_of(list(state.commands.values())),
+        measured=raw.measured,
+        counter=state.counter,
+    )
+    after = IntakeState(
+        started=flag(True),
+        time=raw.time,
+        motor_speed=speed,
+        torque=torque_state,
+        temperature=temperature_state,
+        commands=kept_commands(commands),
+        counter=_counted(state.counter, raw),
+        clock=ca.if_else(clock.number, raw.time, state.clock),
+        clocked=any_of(state.clocked, clock.number),
+    )
+    # A sample that follows the last one too closely adds nothing.
+    too_close = all_of(all_of(clock.counted, clock.raw < SHORTEST_PERIOD), negated(raw.referenced))
+    blind_velocity = BLIND_PRESSURE_SHARE * model.leak_velocity
+    blind = ca.if_else(any_of(stuck, negated(torque_ok)), blind_velocity * elapsed, 0.0)
+    drift, unseen = _unseen_angles(state, speed, elapsed, clock, model)
+    found = Intake(
+        usable=usable,
+        passed_over=any_of(negated(usable), too_close),
+        missing=any_of(negated(clock.number), no_number),
+        replaced=replaced,
+        overspeed=negated(speed_ok),
+        overtorque=negated(torque_ok),
+        stuck=stuck,
+        frozen=all_of(state.started, any_of(clock.raw <= 0.0, stands)),
+        gap=all_of(state.started, any_of(clock.raw > GAP_PERIOD, clock.back)),
+        temperature_bad=negated(temperature_ok),
+        passed=passed,
+        drift=ca.if_else(usable, model.travel_per_radian * drift + blind, 0.0),
+        unseen=ca.if_else(usable, 0.0, model.travel_per_radian * unseen),
+    )
+    return after, sample, found
+
+
+def _inside(value: Scalar, limit: Real) -> Flag:
+    """Whether a value is a number and within limits; a comparison with not-a-number is false."""
+    return all_of(value > -limit, value < limit)
+
+
+def _clock(state: IntakeState, raw: Raw) -> _Clock:
+    """The sample's time against that of the last one that counted."""
+    number = _inside(raw.time, NUMBER_LIMIT)
+    since = ca.if_else(number, raw.time - state.time, 0.0)
+    back = all_of(state.started, since < -CLOCK_RESET)
+    forward = any_of(negated(state.started), since > 0.0)
+    jump = any_of(since > BRIDGED_GAP, back)
+    counted = all_of(state.started, negated(any_of(jump, since <= 0.0)))
+    return _Clock(number, since, back, forward, jump, counted)
+
+
+def _ticks(state: IntakeState, raw: Raw, now: _Clock) -> tuple[Scalar, Flag]:
+    """Time since the last sample of all [s], and whether the clock stands.
+
+    Against the last sample of all: one that came too soon is passed over, and the clock may stand from there on.
+    """
+    both = all_of(now.number, state.clocked)
+    tick = ca.if_else(both, raw.time - state.clock, 0.0)
+    return ca.fmax(tick, 0.0), all_of(both, tick <= 0.0)
+
+
+def _counted(counter: CounterState | None, raw: Raw) -> CounterState | None:
+    """The shaft's counter after a sample, where it is declared."""
+    if counter is None:
+        return None
+    angle = raw.measured[SHAFT_ANGLE]
+    there = ca.fabs(angle) < NUMBER_LIMIT
+    return CounterState(angle=ca.if_else(there, angle, counter.angle), begun=there)
+
+
+def _reported_speed(state: IntakeState, raw: Raw, clock: _Clock, model: MachineModel) -> tuple[Scalar, Flag]:
+    """The motor's speed [rad/s], by the shaft's counter where none is reported; and whether that is so."""
+    if state.counter is None:
+        return raw.motor_speed, flag(False)
+    by_counter = (raw.measured[SHAFT_ANGLE] - state.counter.angle) / ca.fmax(clock.raw, SHORTEST_STEP)
+    known = all_of(all_of(state.counter.begun, clock.counted), _inside(by_counter, model.max_speed))
+    replaced = all_of(known, negated(_inside(raw.motor_speed, NUMBER_LIMIT)))
+    return ca.if_else(replaced, by_counter, raw.motor_speed), replaced
+
+
+def _torque(state: IntakeState, raw: Raw, speed: Scalar, model: MachineModel) -> tuple[TorqueState, Flag, Flag]:
+    """The torque that is used, whether the reported one is possible, and whether it stands still."""
+    torque, last = raw.motor_torque, state.torque
+    possible = all_of(_inside(torque, TORQUE_LIMIT_SHARE * model.largest_torque), negated(_pulls(raw, speed, model)))
+    changed = torque != last.value
+    turning = ca.fabs(speed) > TORQUE_STEADY_SPEED
+    learnt = last.habit + HABIT_GAIN * (count(changed) - last.habit)
+    habit = ca.if_else(last.repeats > REPEATS_LEARNT, last.habit, learnt)
+    repeats = ca.if_else(all_of(turning, negated(changed)), last.repeats + 1.0, 0.0)
+    stuck = all_of(habit > HABIT_LEAST, repeats * habit > STUCK_EVIDENCE)
+    running = all_of(ca.fabs(state.motor_speed) > RUNNING_SHARE * model.max_speed, state.motor_speed * speed > 0.0)
+    steps = ca.fabs(torque - last.value) > TORQUE_STEP_SHARE * model.relief_torque
+    waits = all_of(all_of(state.started, negated(last.waits)), all_of(running, steps))
+    used = ca.if_else(all_of(possible, negated(waits)), torque, last.value)
+    return TorqueState(value=used, habit=habit, repeats=repeats, waits=waits), possible, stuck
+
+
+def _pulls(raw: Raw, speed: Scalar, model: MachineModel) -> Flag:
+    """Whether a motor that drives one way only reports at standstill that it drives the other way.
+
+    It cannot. A current's sensor that has lost its supply reads that.
+    """
+    if not raw.commands:
+        return flag(False)
+    least = -ZERO_GATE * ca.sqrt(model.torque_std**2 + model.assumed.drive.zero**2)
+    return all_of(ca.fabs(speed) < MOTOR_TURNS, raw.motor_torque < least)
+
+
+def _temperature(state: TemperatureState, raw: Raw, elapsed: Scalar) -> tuple[TemperatureState, Scalar, Flag]:
+    """The oil's temperature, filtered [K], and whether the reported one is possible.
+
+    A step is accepted once it has lasted for as long as the temperature was good before.
+    """
+    reported, filtered = raw.oil_temperature, state.filtered
+    possible = all_of(reported > TEMPERATURE_LOWEST, reported < TEMPERATURE_HIGHEST)
+    patience = ca.fmax(TEMPERATURE_STEP_SHORTEST, ca.fmin(state.good_for, TEMPERATURE_STEP_LONGEST))
+    accepted = state.step_for > patience
+    known = all_of(filtered > TEMPERATURE_LOWEST, negated(accepted))
+    step = all_of(possible, all_of(known, ca.fabs(reported - filtered) > TEMPERATURE_STEP))
+    good_for = ca.if_else(step, state.good_for, ca.if_else(known, state.good_for + elapsed, 0.0))
+    good = all_of(possible, negated(step))
+    share = ca.if_else(known, elapsed / (OIL_TIME_CONSTANT + elapsed), 1.0)
+    held = ca.if_else(known, filtered, T40)
+    used = ca.if_else(good, held + share * (reported - held), held)
+    after = TemperatureState(
+        filtered=ca.if_else(any_of(known, good), used, 0.0),
+        step_for=ca.if_else(step, state.step_for + elapsed, 0.0),
+        good_for=good_for,
+    )
+    return after, used, good
+
+
+def _unseen_angles(
+    state: IntakeState, speed: Scalar, elapsed: Scalar, clock: _Clock, model: MachineModel
+) -> tuple[Scalar, Scalar]:
+    """Angles that the shaft may have turned unseen [rad]: in a gap before the sample; since the last that counted."""
+    speeds = ca.fabs(state.motor_speed) + ca.fabs(speed)
+    nudge = UNSEEN_SPEED_SHARE * model.max_speed
+    gap_for = ca.if_else(state.started, ca.if_else(clock.back, scalar(BRIDGED_GAP), clock.raw), 0.0)
+    not_counted = ca.if_else(clock.jump, (0.5 * speeds + nudge) * ca.fmin(gap_for, LONGEST_GAP), 0.0)
+    bridged = (BRIDGE_ERROR_SHARE * speeds + nudge) * ca.fmax(elapsed - USUAL_PERIOD, 0.0)
+    unseen = (ca.fabs(state.motor_speed) + nudge) * ca.fmax(clock.raw, 0.0)
+    return not_counted + bridged, unseen

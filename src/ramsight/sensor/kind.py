@@ -1,0 +1,51 @@
+"""The hypotheses of the sensor by what they take for true, and the names of their states."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from ramsight.sensor.quantity import Quantity
+
+
+class Kind(IntEnum):
+    """What a hypothesis takes for true; its place among all of them.
+
+    `DESCRIBED`: both ends are where the description has them. `LEAKS`: so they are, and the pumps leak much more or
+    less than described, or by another law of pressure. `LOW`, `TOP`: the end of the stroke is met somewhere else at the
+    retracted, at the extended end. `UNKNOWN_POSITION`: the position is unknown, for a reason of no stated kind.
+    """
+
+    DESCRIBED = 0
+    LEAKS = 1
+    LOW = 2
+    TOP = 3
+    UNKNOWN_POSITION = 4
+
+    @property
+    def text(self) -> str:
+        """Its name in outputs, for example ``described``."""
+        return self.name.lower()
+
+
+KINDS = tuple(Kind)
+"""All of them; a smaller sensor has the first, the last, and some between."""
+
+
+def state_of(kind: Kind, quantity: Quantity) -> str:
+    """Name of the state that a hypothesis has for a quantity.
+
+    Example:
+        >>> state_of(Kind.LOW, Quantity.LEAKAGE)
+        'hypotheses[2].leakage'
+    """
+    return f"hypotheses[{int(kind)}].{quantity}"
+
+
+def covariance_of(kind: Kind, one: Quantity, other: Quantity) -> str:
+    """Name of the state that a hypothesis has for a covariance; `one` comes before `other` in `Quantity`.
+
+    Example:
+        >>> covariance_of(Kind.DESCRIBED, Quantity.LEAKAGE, Quantity.LEAKAGE)
+        'hypotheses[0].covariance[leakage,leakage]'
+    """
+    return f"hypotheses[{int(kind)}].covariance[{one},{other}]"

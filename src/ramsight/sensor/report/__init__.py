@@ -1,0 +1,1 @@
+"""Position, band, bound and status."""

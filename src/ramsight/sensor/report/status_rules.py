@@ -1,0 +1,177 @@
+"""The condition behind each status: when a position is to be relied on, and why not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Scalar, all_of, any_of, negated, never, scalar
+from ramsight.sensor.belief.update import Prediction, Updated
+from ramsight.sensor.circuit.load_step import LoadStep
+from ramsight.sensor.inputs.sample import Sample
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.report.detectors import DETECTORS
+from ramsight.sensor.status import Status
+from ramsight.sensor.thresholds import (
+    EMPTY_TIME,
+    IMPOSSIBLE_LOAD,
+    MOTOR_AT_REST,
+    NOISE_TIME,
+    OUTSIDE_STROKE_LEAST,
+    OUTSIDE_STROKE_STD,
+    OVERSPEED_SHARE,
+    REFERENCE_DUE_SHARE,
+    REST_SMOOTHING,
+    REST_TORQUE_SHARE,
+    TRANSIENT_TIME,
+    UNCERTAIN_SHARE,
+    UNEXPLAINED_TORQUE,
+    WALTHER_HIGHEST,
+    WALTHER_LOWEST,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlausibilityState:
+    """A torque that may be impossible.
+
+    Attributes:
+        unexplained_for: how long its innovation has been too large [s].
+        impossible_for: how long it has asked for an impossible load [s].
+        resting_for: how long the motor has stood [s].
+        at_rest: smoothed innovation at rest [N m].
+    """
+
+    unexplained_for: Scalar = leaf("s")
+    impossible_for: Scalar = leaf("s")
+    resting_for: Scalar = leaf("s")
+    at_rest: Scalar = leaf("N m")
+
+
+@dataclass(frozen=True)
+class PositionEstimate:
+    """The position as the status judges it.
+
+    Attributes:
+        value: [m], perhaps outside the stroke.
+        std: whose 1.96-fold is the 95 % band [m].
+        overall: root mean square over all hypotheses by their probabilities [m].
+        settled: the same without a load that changes unseen [m].
+        beyond: probability that its error is larger than what is accepted.
+        known: whether a position has ever been known.
+    """
+
+    value: Scalar
+    std: Scalar
+    overall: Scalar
+    settled: Scalar
+    beyond: Scalar
+    known: Flag
+
+
+def outside_temperature(sample: Sample) -> Flag:
+    """Whether the oil is colder or warmer than its law holds."""
+    return any_of(sample.oil_temperature < WALTHER_LOWEST, sample.oil_temperature > WALTHER_HIGHEST)
+
+
+def status_of(
+    at: Prediction,
+    updated: Updated,
+    disputed: Flag,
+    position: PositionEstimate,
+    implausible: Flag,
+    model: MachineModel,
+) -> Scalar:
+    """The status of a sample as a number.
+
+    Args:
+        at: the balance's step.
+        updated: what is known after it.
+        disputed: whether a reference was rejected and none has been accepted since.
+        position: that is judged.
+        implausible: whether the torque is, by `implausible_torque`.
+        model: of the machine.
+    """
+    conditions = _conditions(at, updated, disputed, position, implausible, model)
+    code = scalar(float(Status.OK))
+    for one in DETECTORS:
+        if not never(conditions[one.status]):
+            code = ca.if_else(conditions[one.status], float(one.status), code)
+    return code
+
+
+def _conditions(
+    at: Prediction,
+    updated: Updated,
+    disputed: Flag,
+    position: PositionEstimate,
+    implausible: Flag,
+    model: MachineModel,
+) -> Mapping[Status, Flag]:
+    """Of each status that a detector has."""
+    sample, intake, checks, stroke = at.sample, at.intake, at.checks, model.stroke
+    beyond = ca.fmax(-position.value, position.value - stroke)
+    outside = beyond > OUTSIDE_STROKE_STD * position.std + OUTSIDE_STROKE_LEAST
+    return {
+        Status.REFERENCE_DUE: any_of(
+            position.settled > REFERENCE_DUE_SHARE * stroke, position.beyond > model.assumed.integrity.risk
+        ),
+        Status.OUTSIDE_TEMPERATURE: outside_temperature(sample),
+        Status.OUTSIDE_SPEED: ca.fabs(sample.motor_speed) > OVERSPEED_SHARE * model.max_speed,
+        Status.TEMPERATURE_LOST: intake.temperature_bad,
+        Status.NEAR_RELIEF: updated.relief.probability > 0.0,
+        Status.INPUT_GAP: intake.gap,
+        Status.REFERENCE_REFUSED: disputed,
+        Status.SPEED_WRONG: any_of(checks.speed_wrong, intake.replaced),
+        Status.COUNTER_WRONG: checks.counter_wrong,
+        Status.POSITION_LOST: updated.relief.passed_std > REFERENCE_DUE_SHARE * stroke,
+        Status.FAULT_PASSED: updated.fault_passed,
+        Status.NOT_REFERENCED: negated(position.known),
+        Status.TOO_UNCERTAIN: all_of(position.known, position.overall > UNCERTAIN_SHARE * stroke),
+        Status.OUTSIDE_STROKE: all_of(position.known, outside),
+        Status.IMPLAUSIBLE_TORQUE: any_of(implausible, intake.overtorque),
+        Status.IMPLAUSIBLE_SPEED: intake.overspeed,
+        Status.SPEED_CONTRADICTED: checks.undecided,
+        Status.TORQUE_CONTRADICTED: checks.torque_wrong,
+        Status.SIGN_CONTRADICTED: checks.sign_wrong,
+        Status.INPUT_STUCK: intake.stuck,
+        Status.TIME_FROZEN: intake.frozen,
+        Status.INPUT_LOST: intake.missing,
+    }
+
+
+def implausible_torque(
+    state: PlausibilityState, sample: Sample, step: LoadStep, free: Flag, model: MachineModel
+) -> tuple[PlausibilityState, Flag]:
+    """Whether the torque is impossible for the machine: unexplained, beyond relief, or there at rest.
+
+    Args:
+        state: before the sample.
+        sample: the sample.
+        step: of the load observer.
+        free: whether nothing holds the piston.
+        model: of the machine.
+    """
+    torque, dt = step.torque, sample.elapsed
+    turning = ca.fabs(sample.motor_speed) > MOTOR_AT_REST
+    wrong = all_of(free, ca.fabs(torque.innovation) > UNEXPLAINED_TORQUE * torque.noise)
+    beyond = all_of(turning, ca.fabs(step.load.asked) > IMPOSSIBLE_LOAD * model.relief_load)
+    unexplained_for = _while(all_of(turning, wrong), state.unexplained_for, dt)
+    impossible_for = _while(all_of(free, beyond), state.impossible_for, dt)
+    resting_for = _while(negated(turning), state.resting_for, dt)
+    smoothed = state.at_rest + dt / (REST_SMOOTHING + dt) * (torque.innovation - state.at_rest)
+    at_rest = ca.if_else(resting_for > EMPTY_TIME, smoothed, 0.0)
+    implausible = any_of(unexplained_for > TRANSIENT_TIME, impossible_for > NOISE_TIME)
+    offset = ca.fabs(at_rest) > REST_TORQUE_SHARE * model.relief_torque + torque.hidden
+    after = PlausibilityState(
+        unexplained_for=unexplained_for, impossible_for=impossible_for, resting_for=resting_for, at_rest=at_rest
+    )
+    return after, any_of(implausible, offset)
+
+
+def _while(condition: Flag, since: Scalar, elapsed: Scalar) -> Scalar:
+    """How long a condition has held [s]."""
+    return ca.if_else(condition, since + elapsed, 0.0)
