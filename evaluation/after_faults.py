@@ -19,8 +19,8 @@ import work_days
 from numpy.typing import NDArray
 
 from ramsight.duty.faults import Fault
-from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.kalman import kalman
+from ramsight.sensor.report.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.tracking.judged_errors import wrong_and_ok
 from ramsight.tracking.position_errors import stop_visits

@@ -32,7 +32,7 @@ from ramsight.logs.opening import read_measured
 from ramsight.normal import TWO_SIDED_95
 from ramsight.output import write_text
 from ramsight.progress import progress
-from ramsight.sensor.sample import PRESSURES
+from ramsight.sensor.inputs.sample import PRESSURES
 from ramsight.sensor.status import Status
 from ramsight.tracking.credible import credible_run
 

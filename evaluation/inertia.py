@@ -2,8 +2,9 @@
 
     python evaluation/inertia.py --out evaluation/inertia.json [--days 220]
 
-Machines are drawn as in work_days.py. The sum of the detector (`ramsight.sensor.inertia_check`) is kept of each day.
-The largest ones of days without a fault fall off like exp(-sum/scale); that tail says how often the alarm is reached.
+Machines are drawn as in work_days.py. The sum of the detector (`ramsight.sensor.checks.inertia_check`) is kept of each
+day. The largest ones of days without a fault fall off like exp(-sum/scale). That tail says how often the alarm is
+reached.
 A gain is looked for with the same signals, for what it could show at best: the slope of steps of the torque over those
 that the inertia asks for, stretch by stretch of an hour.
 """

@@ -15,8 +15,8 @@ from ramsight.duty import report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.lift_lower import lift_lower
 from ramsight.plant.limits import limits_of
+from ramsight.sensor.contacts.mode import HELD
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.mode import HELD
 
 MACHINES = ("boom", "bucket", "forklift")
 DRIVES = {"not declared": {}, "5 %": {"drive.release": 0.05}}

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from ramsight.output import atomic_path
-from ramsight.sensor.mode import FREE, HELD, TRANSITIONS, Mode
+from ramsight.sensor.contacts.mode import FREE, HELD, TRANSITIONS, Mode
 
 INK, EDGE, FILL = "#1f2a36", "#9aa5b1", "#f4f1ea"
 AT = {Mode.HELD_EXTENDING: (7.4, 3.9), Mode.HELD_RETRACTING: (7.4, 0.9), Mode.LEAVING: (7.4, 2.4)}

@@ -23,6 +23,7 @@ import named_faults
 import profiles
 import real_machine
 import second_channel
+import signal_sets
 import tuned_sensor
 import undisturbed
 import unit_control
@@ -33,10 +34,9 @@ from ramsight.constant import constant_table
 from ramsight.control import thresholds as control_thresholds
 from ramsight.output import write_text
 from ramsight.sensor import thresholds as sensor_thresholds
-from ramsight.sensor.detectors import detector_table
-from ramsight.sensor.redundancy import redundancy_table
-from ramsight.sensor.sharing import shared_table
+from ramsight.sensor.report.detectors import detector_table
 from ramsight.study.datasheet.statistics import share_of
+from ramsight.tracking.sharing import shared_table
 
 ROOT = Path(__file__).parents[1]
 THRESHOLDS = {
@@ -242,7 +242,7 @@ def all_tables(found: dict[str, Any]) -> dict[str, list[str]]:
     tables["after_faults"] = after_faults.table(found["after_faults"])
     tables["named_faults"] = named_faults.table(found["named_faults"])
     tables["undisturbed"] = undisturbed.table(found["undisturbed"])
-    tables |= {"redundancy": redundancy_table(), "detectors": detector_table().splitlines()}
+    tables |= {"redundancy": signal_sets.table(), "detectors": detector_table().splitlines()}
     tables["shared"] = shared_table().splitlines()
     tables |= {name: constant_table(table).splitlines() for name, table in THRESHOLDS.items()}
     tables["second_channel"] = second_channel.table(found["second_channel"])

@@ -18,9 +18,9 @@ from scipy.stats import beta
 
 from ramsight.intervals import true_intervals
 from ramsight.plant.limits import limits_of
-from ramsight.sensor.comparing import ALERTS, Comparison, Verdict, verdicts
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.tracking.comparing import ALERTS, Comparison, Verdict, verdicts
 
 Array = NDArray[np.float64]
 

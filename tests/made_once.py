@@ -14,7 +14,7 @@ import numpy as np
 from ramsight.calibration import identify as identification
 from ramsight.deploy import c_sensor
 from ramsight.sensor import kalman as pipe
-from ramsight.sensor.hypothesis import KINDS
+from ramsight.sensor.kind import KINDS
 
 _GRAPHS, _SOURCES, _FOUND = 24, 12, 12  # that are kept; a graph takes about 10 MB
 _make, _write, _find = pipe.kalman, c_sensor.sensor_source, identification.identify

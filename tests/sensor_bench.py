@@ -11,17 +11,19 @@ from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.profile import constant
 from ramsight.engine.typed_state import leaf, symbols
 from ramsight.plant.balance import FACTORS
+from ramsight.plant.balance import balance as balance_of
 from ramsight.plant.limits import limits_of
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.contact import look_for_contact
-from ramsight.sensor.contact_state import ContactState, Estimated, moved
-from ramsight.sensor.load import LoadState, Piston, observe_load
-from ramsight.sensor.load_release import Release, UnheldState, release_load
-from ramsight.sensor.load_step import LoadEstimate, LoadStep, Motion, TorqueStep
+from ramsight.sensor.circuit.load import LoadState, Piston, observe_load
+from ramsight.sensor.circuit.load_release import Release, UnheldState, release_load
+from ramsight.sensor.circuit.load_step import LoadEstimate, LoadStep, Motion, TorqueStep
+from ramsight.sensor.circuit.relief import relief_probability, relief_tolerance
+from ramsight.sensor.contacts.contact import look_for_contact
+from ramsight.sensor.contacts.contact_state import ContactState, Estimated, moved
+from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.oil_warming import WarmingState, warming_rate
-from ramsight.sensor.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.virtual_sensor import Report, close, log_inputs
 
 from .plant_bench import UNITS
@@ -106,6 +108,7 @@ class Machine:
     stop_stiffness: float = 1e8
     passive: bool = False
     assumed: object = field(default_factory=Assumptions)
+    balance: object = field(default_factory=lambda: balance_of(UNITS["mining-loader boom"]))
 
     def of_circuit(self, name):
         return {"cylinder.coulomb_friction": 500.0}[name]
@@ -171,7 +174,7 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None, std=2e
         load=load,
         warming=WarmingState(),
         unheld=UnheldState.initial(load),
-        contact=ContactState.initial() if watches else None,
+        contact=ContactState() if watches else None,
     )
     state = symbols(first)
     intake, sample = plain_sample(state.intake, raw)
@@ -183,8 +186,12 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None, std=2e
     position = state.position + step.motion.travel
     if watches:
         unseen = unit.assumptions.machine.unseen_load * model.relief_load
-        now = estimated(position, std=ca.SX(std), compliance=compliance, unseen=unseen)
-        contact_state, contact = look_for_contact(state.contact, sample, step, now, {}, model)
+        relief = relief_probability(step.z, sample.extending_speed, model)
+        tolerance = relief_tolerance(relief, model.assumed.machine.relief)
+        now = estimated(
+            position, std=ca.SX(std), compliance=compliance, unseen=unseen, relief=relief, tolerance=tolerance
+        )
+        contact_state, contact = look_for_contact(state.contact, sample, step, now, model)
         contact_state = moved(contact_state, contact, position, ca.SX(0.0))
         hold, place = contact.hold, contact.place
         before = ca.fmin(ca.fmax(state.position, 0.0), float(unit.cylinder.stroke))

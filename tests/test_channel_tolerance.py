@@ -12,9 +12,9 @@ from scipy.stats import norm
 import ramsight
 from ramsight.errors import DescriptionError
 from ramsight.intervals import true_intervals
-from ramsight.sensor.comparing import ALERTS, Comparison, verdicts
 from ramsight.sensor.status import Status
 from ramsight.tracking.channel_tolerance import STEP, Asked, Channels, derive, forward_most, stated_std
+from ramsight.tracking.comparing import ALERTS, Comparison, verdicts
 
 from .command import at_once
 

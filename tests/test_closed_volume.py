@@ -6,7 +6,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
-from scipy.stats import t as student
+from scipy.stats import norm
 
 from ramsight import machine
 from ramsight.closed_loop.learned import learned_covariance, learned_factors
@@ -18,24 +18,25 @@ from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.limits import limits_of
-from ramsight.sensor.closed_volume import (
+from ramsight.sensor.belief.closed_volume import (
     _INNOVATION,
     _NAMES,
     _NUISANCES,
     _PAIRS,
-    LEARNED,
-    Event,
+    EVENT_QUANTITIES,
     EventState,
     _event,
-    weight_of,
 )
+from ramsight.sensor.belief.hypothesis import BOUNDS, Hypothesis
+from ramsight.sensor.belief.measurement import Measurement, applied
+from ramsight.sensor.contacts.mode import Mode
+from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.mode import Mode
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.thresholds import (
     EVENT_COUNTS,
-    EVENT_FREEDOM,
     EVENT_FRICTION_STD,
+    EVENT_GATE,
     EVENT_MOVING_STD,
     EVENT_STANDING_STD,
 )
@@ -63,19 +64,19 @@ def test_an_event_is_the_least_squares_estimate_of_its_best_known_combination(st
     """With nuisances as further unknowns of a prior of one, against numpy's solution of the whole problem."""
     rng = np.random.default_rng(3)
     rows = {one: rng.normal(size=40) for one in _NAMES}
-    rows[LEARNED[1]] = -rows[LEARNED[0]] + 0.05 * rng.normal(size=40)
-    innovations = 0.1 * rows[LEARNED[0]] + 0.4 * rows["offset"] + 0.05 * rng.normal(size=40)
+    rows[EVENT_QUANTITIES[1]] = -rows[EVENT_QUANTITIES[0]] + 0.05 * rng.normal(size=40)
+    innovations = 0.1 * rows[EVENT_QUANTITIES[0]] + 0.4 * rows["offset"] + 0.05 * rng.normal(size=40)
     state = summed(rows, innovations)
     state = EventState(**{**vars(state), "stands": ca.DM(stands)})
-    event = _event(state, ca.DM(1), ca.DM(0.0))
+    event = _event(state, ca.DM(1), ca.DM(0.0), {})
     a = np.array([[rows[i] @ rows[j] for j in _NAMES] for i in _NAMES])
-    a += np.diag([0.0] * len(LEARNED) + [1.0] * len(_NUISANCES))
+    a += np.diag([0.0] * len(EVENT_QUANTITIES) + [1.0] * len(_NUISANCES))
     covariance = np.linalg.inv(a)
     estimate = covariance @ np.array([rows[i] @ innovations for i in _NAMES])
     floor = (EVENT_STANDING_STD if stands else EVENT_MOVING_STD) ** 2
     known = np.linalg.inv(covariance[:2, :2] + floor * np.eye(2))  # the model's error comes on top
-    assert float(event.variance) == pytest.approx(1.0 / known[0, 0], rel=1e-6)
-    assert float(event.row[LEARNED[1]]) == pytest.approx(known[0, 1] / known[0, 0], rel=1e-6)
+    assert float(event.R) == pytest.approx(1.0 / known[0, 0], rel=1e-6)
+    assert float(event.H[EVENT_QUANTITIES[1]]) == pytest.approx(known[0, 1] / known[0, 0], rel=1e-6)
     assert float(event.innovation) == pytest.approx(known[0] @ estimate[:2] / known[0, 0], rel=1e-6)
 
 
@@ -84,9 +85,9 @@ def test_what_all_events_share_is_in_each_of_them():
     rng = np.random.default_rng(4)
     rows = {one: rng.normal(size=20) for one in _NAMES}
     for stands in (0.0, 1.0):
-        state = EventState(**{**vars(summed(rows, rows[LEARNED[0]])), "stands": ca.DM(stands)})
-        event = _event(state, ca.DM(1), ca.DM(0.0))
-        row = {one: float(by) for one, by in event.row.items()}
+        state = EventState(**{**vars(summed(rows, rows[EVENT_QUANTITIES[0]])), "stands": ca.DM(stands)})
+        event = _event(state, ca.DM(1), ca.DM(0.0), {})
+        row = {one: float(by) for one, by in event.H.items()}
         friction = EVENT_FRICTION_STD * (row[Quantity.LEAKAGE] + row[Quantity.COMPLIANCE])
         assert abs(float(event.common)) == pytest.approx(0.0 if stands else abs(friction))
         assert row[Quantity.RELEASE] == stands
@@ -153,30 +154,37 @@ def test_a_speed_that_trembles_at_standstill_is_a_standstill(seed):
     assert abs(leak - 1.0) < 1.5 * std
 
 
-def event_of(missing, std=0.05, common=0.0):
-    """An event that is off by so much of what it should be."""
-    return Event(ca.DM(1), ca.DM(common), {}, ca.DM(missing), ca.DM(std**2))
+def evidence(missing, known, std=0.05, common=0.0):
+    """By how much an event that is off by so much makes a hypothesis likelier that knows the leakage so well."""
+    mean = {one: ca.DM(0.0) for one in (Quantity.POSITION, *BOUNDS)}
+    of = Hypothesis(
+        mean=mean,
+        covariance=Covariance.diagonal({one: known if one == Quantity.LEAKAGE else 0.0 for one in mean}),
+        log_weight=ca.DM(0.0),
+    )
+    event = Measurement(
+        use=ca.DM(1), innovation=ca.SX(missing), H={Quantity.LEAKAGE: 1.0}, R=ca.SX(std**2), gate=EVENT_GATE,
+        power=EVENT_COUNTS, common=common,
+    )  # fmt: skip
+    return float(ca.evalf(applied(of, event).evidence))
 
 
 @pytest.mark.parametrize("off", [0.0, 0.05, 0.2, 1.0])
-def test_an_event_weighs_hypotheses_by_a_power_of_students_likelihood(off):
+def test_an_event_weighs_hypotheses_by_a_power_of_its_likelihood_or_of_something_else(off):
     for known in (0.01, 0.3):
         scale = np.hypot(0.05, known)
-        expected = student.logpdf(off, EVENT_FREEDOM, scale=scale) - student.logpdf(0.0, EVENT_FREEDOM, scale=1.0)
-        found = float(weight_of(event_of(off), ca.DM(off), ca.DM(known**2)))
-        assert found == pytest.approx(EVENT_COUNTS * expected)
+        gate = norm.logpdf(EVENT_GATE * scale, 0.0, scale)
+        assert evidence(off, known) == pytest.approx(EVENT_COUNTS * max(norm.logpdf(off, 0.0, scale), gate))
 
 
 def test_one_event_makes_a_sure_leakage_unlikely_and_never_impossible():
-    """Twenty deviations off against an event that another hypothesis expects: odds of some tens to one, no more."""
-    sure, wide = (float(weight_of(event_of(1.0), ca.DM(1.0), ca.DM(known**2))) for known in (0.0, 0.6))
-    assert math.log(3.0) < wide - sure < math.log(100.0)
+    """Twenty deviations off against an event that another hypothesis expects: odds of some to one, no more."""
+    sure, wide = (evidence(1.0, known) for known in (0.0, 0.6))
+    assert math.log(1.5) < wide - sure < math.log(100.0)
 
 
 def test_what_all_events_share_refutes_no_hypothesis():
-    apart = float(weight_of(event_of(0.1, std=0.01), ca.DM(0.1), ca.DM(0.0)))
-    shared = float(weight_of(event_of(0.1, std=0.01, common=0.1), ca.DM(0.1), ca.DM(0.0)))
-    assert apart < shared - 1.0
+    assert evidence(0.1, 0.0, std=0.01) < evidence(0.1, 0.0, std=0.01, common=0.1) + 1.0
 
 
 def test_stops_and_starts_tell_a_wrong_start_from_a_machine_that_leaks_more():
@@ -188,7 +196,7 @@ def test_stops_and_starts_tell_a_wrong_start_from_a_machine_that_leaks_more():
     track = sensor.track(log)
     held = np.isin(track["mode"].values, (Mode.HELD_RETRACTING, Mode.HELD_EXTENDING))
     left = int(np.argmax(held)) + int(np.argmin(held[int(np.argmax(held)) :]))
-    after, later = (float(track.wrong_probability.values[k]) for k in (left, -1))
+    after, later = (float(track.unknown_position_probability.values[k]) for k in (left, -1))
     assert track.described_probability.values[left] > 0.5
     assert track.leak_factor.values[left] > 1.15, "the first contact is explained by leakage"
     assert later > 4.0 * after

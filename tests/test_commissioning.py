@@ -18,7 +18,7 @@ from ramsight.errors import LogWarning
 from ramsight.logs import write_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import standard_map
-from ramsight.sensor.mode import Mode
+from ramsight.sensor.contacts.mode import Mode
 from ramsight.sensor.status import Status
 from ramsight.study.commissioning import log_checks, sensor_checks, sheet_checks
 from ramsight.study.commissioning.finding import Finding, Verdict

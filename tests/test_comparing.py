@@ -20,8 +20,8 @@ from ramsight.errors import DescriptionError, LogError
 from ramsight.logs import write_log
 from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
-from ramsight.sensor.comparing import Comparison, Verdict, drift_of, verdicts
 from ramsight.sensor.status import Status
+from ramsight.tracking.comparing import Comparison, Verdict, drift_of, verdicts
 
 DT, BOUND, TOLERANCE = 0.02, 4e-3, 1e-3
 TIME = np.arange(0.0, 10.0, DT)

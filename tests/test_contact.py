@@ -11,9 +11,9 @@ import pytest
 from ramsight.duty import report
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.limits import limits_of
-from ramsight.sensor.contact_release import way_gone
+from ramsight.sensor.contacts.contact_release import way_gone
+from ramsight.sensor.contacts.mode import Mode
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.mode import Mode
 
 from .plant_bench import UNITS
 from .sensor_bench import begin, changing, load_observer, lowered, moves, observers, quiet
@@ -311,7 +311,7 @@ def test_a_load_that_falls_while_it_is_lowered_is_no_end_as_long_as_it_drives_th
     unit = UNITS[name]
     load, stroke = limits_of(unit).load, unit.cylinder.stroke
     speed = 0.25 * unit.max_speed * unit.travel_per_radian
-    falls, ends = 1.4 + 0.04 * stroke / speed, 3.4 + 0.1 * stroke / speed
+    falls, ends = 1.4 + 0.04 * stroke / speed, 5.4 + 0.1 * stroke / speed
     corners = [(0.0, 0.0), (1.0, 0.0), (1.4, -0.25), (ends, -0.25), (ends + 0.4, 0.0)]
     loads = changing([(0.0, 0.7 * load), (falls, 0.7 * load), (falls + span, 0.22 * load)])
     run, log = moves(unit, corners, loads, lowered(unit, 0.1 * stroke))
@@ -324,20 +324,18 @@ def test_a_load_that_falls_while_it_is_lowered_is_no_end_as_long_as_it_drives_th
 
 @pytest.mark.parametrize("name", ["eha-test-bench axis", "eha-single-rod axis"])
 @pytest.mark.parametrize("share", [0.3, 0.6])
-def test_a_stop_that_a_piston_sinks_onto_says_where_it_is_once_the_torque_is_gone(name, share):
+def test_a_stop_that_a_piston_sinks_onto_holds_it_and_says_nothing_of_its_place(name, share):
+    """A piston may sink onto the ground as well: only a press tells an end."""
     unit = UNITS[name]
     stroke, load = unit.cylinder.stroke, share * limits_of(unit).load
     corners = [(0.0, 0.0), (0.5, 0.0), (0.7, 0.1), (0.8, 0.1), (1.0, 0.0), (30.0, 0.0)]
     run, log = moves(unit, corners, load, lowered(unit, 0.02 * stroke))
     assert 1.2 < stands_from(run, unit) < 20.0, "the motor stands by then"
     said = watched(name, run, log)
-    assert said["evidence"].sum() == 1.0
-    touched, shown = int(np.argmax(said["found"])), int(np.argmax(said["evidence"]))
-    assert 0.0 < 0.02 * (shown - touched) < 5.0
-    assert abs(run["motor_torque"].values[shown]) < 0.4 * abs(run["motor_torque"].values[touched])
-    assert said["place"][shown] == pytest.approx(0.0, abs=0.003 * stroke)
-    assert not said["at_top"][shown]
-    assert said["held"][touched : shown + 1].all()
+    touched = int(np.argmax(said["found"]))
+    assert said["evidence"].sum() == 0.0
+    assert said["held"][touched:].all()
+    assert abs(said["position"][-1] - run["position"].values[-1]) < 0.003 * stroke
 
 
 @pytest.mark.parametrize("end", ["up", "down"])
@@ -397,5 +395,5 @@ def test_a_torque_that_may_be_late_teaches_less_of_the_compliance():
         sensor.start(float(run["position"][0]))
         last = sensor.track(log).isel(time=-1)
         stated[delay] = float(last["compliance_factor_std"])
-        assert abs(float(last["compliance_factor"]) - 1.0) < stated[delay]
-    assert stated[0.04] > 1.2 * stated[0.02]
+        assert abs(float(last["compliance_factor"]) - 1.0) < 1.5 * stated[delay]
+    assert stated[0.04] > 1.1 * stated[0.02]

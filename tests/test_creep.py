@@ -38,7 +38,7 @@ def rested(lifted, sensor, kelvin=0.0, hours=1.0):
 
 
 def test_valves_that_may_leak_cost_certainty_by_the_hour(lifted):
-    sensor = kalman(BOOM, USUAL)
+    sensor = kalman(BOOM, USUAL.replace({"machine.unseen_load": 0.1}))
     before, after, _ = rested(lifted, sensor)
     flow = BOOM.assumptions.machine.closed_leakage * 46e-6 / float(BOOM.oil.viscosity(313.15))
     expected = flow * (LOAD / 25335e-6) / 250e5 / 25335e-6 * HOUR
@@ -56,7 +56,7 @@ def test_a_machine_whose_valves_are_known_to_be_tight_stays_certain(lifted):
 
 @pytest.mark.parametrize("kelvin", [-20.0, 20.0])
 def test_oil_that_changes_its_temperature_costs_what_is_not_known_of_its_expansion(lifted, kelvin):
-    tight = {"machine.closed_leakage": 0.0, "machine.leaks_otherwise": 1e-6}
+    tight = {"machine.closed_leakage": 0.0, "machine.leaks_otherwise": 1e-6, "machine.unseen_load": 0.1}
     described = build(LOADER.replace({"oil.thermal_expansion": "7e-4 1/K"}), "boom")
     grown = {}
     for name, unit in (("untold", BOOM), ("told", described)):

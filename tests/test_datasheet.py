@@ -23,7 +23,7 @@ from ramsight.errors import DescriptionError, OutputError, RamsightError
 from ramsight.plant.build import build
 from ramsight.plant.circuit import parameter_values
 from ramsight.plant.unit import circuit
-from ramsight.sensor.detectors import CONTRADICTIONS
+from ramsight.sensor.report.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.study.datasheet import cluster as clusters
 from ramsight.study.datasheet import goal as goals

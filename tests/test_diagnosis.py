@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import ramsight
 from ramsight.duty.faults import Fault, inject
 from ramsight.engine.typed_state import column, symbols
-from ramsight.sensor.diagnosis import (
+from ramsight.sensor.checks.diagnosis import (
     KINDS,
     DiagnosisState,
     Evidence,

@@ -16,8 +16,8 @@ from ramsight.errors import DescriptionError, LogError, UnknownNameError
 from ramsight.plant.build import build
 from ramsight.plant.directional import DirectionalValve
 from ramsight.sensor.balance import balance
+from ramsight.sensor.contacts.mode import HELD
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.mode import HELD
 
 from .golden import golden
 

@@ -12,8 +12,9 @@ import pytest
 
 import ramsight
 from ramsight.constant import constant_table, constants_of
-from ramsight.sensor import detectors, redundancy
-from ramsight.sensor.detectors import DETECTORS, detector_table
+from ramsight.sensor import redundancy
+from ramsight.sensor.report import detectors
+from ramsight.sensor.report.detectors import DETECTORS, detector_table
 from ramsight.sensor.status import Status
 
 ROOT = Path(__file__).parent.parent
@@ -202,7 +203,7 @@ def test_the_pages_of_faults_quote_code_and_study(monkeypatch):
     )
     detectors_page, signals, faults, bounds, safety = ((ROOT / "docs" / f"{name}.md").read_text() for name in names)
     assert detector_table() in detectors_page
-    assert "\n".join(redundancy.redundancy_table()) in signals
+    assert "\n".join(pages.signal_sets.table()) in signals
     for table in (pages.faults, pages.by_signals, pages.noticed):
         assert "\n".join(table(found["faults"])) in faults
     assert "\n".join(pages.beyond_bound(found["faults"])) in bounds

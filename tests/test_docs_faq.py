@@ -5,9 +5,9 @@ import re
 from pathlib import Path
 
 import ramsight
-from ramsight.sensor import comparing
 from ramsight.sensor.status import Status
 from ramsight.study.commissioning import finding
+from ramsight.tracking import comparing
 
 ROOT = Path(__file__).parent.parent
 SOURCE = Path(ramsight.__file__).parent

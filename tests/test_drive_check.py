@@ -32,13 +32,13 @@ from ramsight.output import write_table
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.plant.limits import Limits, limits_of
-from ramsight.sensor.detectors import CONTRADICTIONS
-from ramsight.sensor.disagreement import Sums, compared, sure
-from ramsight.sensor.drive_check import DriveChecks, DriveState, check_drive, declared_checks
-from ramsight.sensor.intake import IntakeState
+from ramsight.sensor.checks.disagreement import Sums, compared, sure
+from ramsight.sensor.checks.drive_check import DriveChecks, DriveState, check_drive, declared_checks
+from ramsight.sensor.inputs.intake import IntakeState
+from ramsight.sensor.inputs.sample import DC_POWER, SHAFT_ANGLE, CounterState, Raw, SampleState, plain_sample
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.sample import DC_POWER, SHAFT_ANGLE, CounterState, Raw, SampleState, plain_sample
+from ramsight.sensor.report.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import MEMORY_TIME
 from ramsight.sensor.virtual_sensor import Report, close

@@ -3,7 +3,7 @@
 import casadi as ca
 import pytest
 
-from ramsight.sensor.emptiness import Emptiness, EmptyState, emptiness, not_risen
+from ramsight.sensor.circuit.emptiness import Emptiness, EmptyState, emptiness, not_risen
 from ramsight.sensor.thresholds import LOAD_MEMORY, NO_LOAD_GATE, TORQUE_OFFSET
 
 

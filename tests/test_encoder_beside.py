@@ -9,7 +9,7 @@ from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.played_drive import played_map
 from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import load_map
-from ramsight.sensor.comparing import Verdict
+from ramsight.tracking.comparing import Verdict
 
 from .encoder_bus import DRIVE, FAULT, NODE, OTHER_MAP, PE, RATED, WARM, Master, encoder, other_frame, played
 

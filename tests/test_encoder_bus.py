@@ -21,8 +21,8 @@ from ramsight.deploy.encoder.runner import frame_of, message_of, serve
 from ramsight.errors import RamsightError
 from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import load_map
-from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.status import Status
+from ramsight.tracking.comparing import Verdict
 
 from .encoder_bus import DRIVE, EDS, FAULT, NODE, OTHER_MAP, PE, RATED, WARM, encoder, other_frame
 

@@ -18,7 +18,7 @@ from ramsight.engine.graph import SELECT, graph_of, side_by_side
 from ramsight.engine.packing import packed
 from ramsight.engine.writes import writes
 from ramsight.plant.ddh import build_ddh
-from ramsight.sensor.bank import Bank
+from ramsight.sensor.belief.bank import Bank
 from ramsight.sensor.kalman import kalman
 
 x, y, z = (ca.SX.sym(name) for name in "xyz")
@@ -192,10 +192,10 @@ def always(recursion):
 
 def test_a_usual_sample_does_nothing_of_what_a_measurement_does(monkeypatch):
     """No more than where the graph has none: what only a contact or a reference needs is in their branch."""
-    unit, measured = build_ddh("boom", machine.load_machine("mining-loader").unit("boom")), Bank.measured
+    unit, measured = build_ddh("boom", machine.load_machine("mining-loader").unit("boom")), Bank.placed
     make = inspect.unwrap(kalman)  # not the one that was made before
     usual = len(always(make(unit).recursion))
-    monkeypatch.setattr(Bank, "measured", lambda self, m: measured(self, replace(m, use=ca.SX(0))))
+    monkeypatch.setattr(Bank, "placed", lambda self, m, *of: measured(self, replace(m, use=ca.SX(0)), *of))
     assert usual < 1.02 * len(always(make(unit).recursion))
 
 

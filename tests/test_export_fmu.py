@@ -19,10 +19,10 @@ from ramsight.errors import DescriptionError, OutputError
 from ramsight.plant.build import build
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.limits import limits_of
-from ramsight.sensor.comparing import Comparison, Verdict
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.tracking.comparing import Comparison, Verdict
 
 fmpy = pytest.importorskip("fmpy")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")]

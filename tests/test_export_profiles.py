@@ -17,8 +17,8 @@ from ramsight.errors import DescriptionError
 from ramsight.logs import read_log, read_truth
 from ramsight.machine.as_toml import as_toml
 from ramsight.plant.build import build
-from ramsight.sensor.hypothesis import KINDS, Kind
 from ramsight.sensor.kalman import kalman
+from ramsight.sensor.kind import KINDS, Kind
 from ramsight.tracking.judged_errors import judge
 
 from .command import at_once
@@ -43,7 +43,7 @@ def built(name, undeclared):
 
 def test_a_small_sensor_is_for_machines_whose_ends_are_sure():
     assert Profile.KALMAN.kinds(built("boom", 0.1)) == KINDS
-    assert Profile.KALMAN_SMALL.kinds(built("boom", SURE_ENDS)) == (Kind.DESCRIBED, Kind.LEAKS, Kind.WRONG)
+    assert Profile.KALMAN_SMALL.kinds(built("boom", SURE_ENDS)) == (Kind.DESCRIBED, Kind.LEAKS, Kind.UNKNOWN_POSITION)
     with pytest.raises(DescriptionError, match=r"units\.boom\.assumptions\.stops\.undeclared.*ends are sure"):
         Profile.KALMAN_SMALL.kinds(built("boom", 2.0 * SURE_ENDS))
 
@@ -55,9 +55,9 @@ def test_a_profile_has_a_name():
 
 
 def test_a_small_sensor_has_the_probabilities_of_what_it_weighs():
-    small = kalman(built("boom", 1e-6), None, (Kind.DESCRIBED, Kind.LEAKS, Kind.WRONG))
+    small = kalman(built("boom", 1e-6), None, (Kind.DESCRIBED, Kind.LEAKS, Kind.UNKNOWN_POSITION))
     names = {name for name in small.recursion.outputs if name.endswith("_probability")}
-    assert names == {"described_probability", "leaks_probability", "wrong_probability"}
+    assert names == {"described_probability", "leaks_probability", "unknown_position_probability"}
     assert len(small.recursion.state) < len(kalman(built("boom", 1e-6)).recursion.state) - 50
 
 

@@ -25,8 +25,8 @@ from ramsight.deploy.reference_experiment import (
     reference_files,
 )
 from ramsight.plant.build import build
-from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.status import Status
+from ramsight.tracking.comparing import Verdict
 
 LOADER = machine.load_machine("mining-loader")
 LS = "{http://fmi-standard.org/fmi-ls-manifest}"

@@ -74,7 +74,7 @@ def test_every_displayed_unit_has_base_units():
 
 
 def test_a_probability_is_called_one():
-    for name in ("described", "leaks", "low", "top", "wrong", "speed_gain", "torque_other"):
+    for name in ("described", "leaks", "low", "top", "unknown_position", "speed_gain", "torque_other"):
         said = meaning(f"{name}_probability")
         assert said.startswith("probability that "), said
     assert meaning("torque_missing_std") == "standard deviation of torque missing"

@@ -59,6 +59,19 @@ FREE = {
 DOOR = "__init__"
 """The package itself: anyone may ask it for the version, and it loads no room by itself."""
 
+PIPE = [
+    {"assumptions", "covariance", "kind", "machine_model", "normal_tail", "quantity", "status", "thresholds"},
+    {"inputs"},
+    {"circuit"},
+    {"checks"},
+    {"contacts"},
+    {"belief"},
+    {"virtual_sensor"},
+    {"report"},
+    {"balance", "dead_reckoning", "kalman", "kept_sensor", "persistence", "reckoned", "redundancy", "table"},
+]
+"""Folders and single files of the sensor: each imports what stands before it, or beside it."""
+
 ENGINE_LIBRARIES = {"numpy", "llvmlite", "casadi"}
 HEAVY = [
     "numpy", "casadi", "llvmlite", "xarray", "pint", "matplotlib", "scipy", "pandas", "pyarrow", "h5py",
@@ -164,6 +177,32 @@ def test_no_modules_import_each_other_in_a_circle():
     of = {module: names - {"ramsight"} for module, names in imported(FILES).items()}
     assert sum(map(len, of.values())) > 1000
     assert circle(of) == []
+
+
+def against_the_pipe(of: Mapping[str, set[str]]) -> list[str]:
+    """Imports of the sensor that lead to a later stage of the pipe."""
+    stage_of = {f"ramsight.sensor.{name}": stage for stage, names in enumerate(PIPE) for name in names}
+    at = {module: stage_of.get(".".join(module.split(".")[:3])) for module in of}
+    return [
+        f"{module} imports {other}"
+        for module, others in of.items()
+        for other in sorted(others)
+        if (here := at[module]) is not None and (there := at[other]) is not None and there > here
+    ]
+
+
+def test_every_file_of_the_sensor_has_its_place_in_the_pipe():
+    room = SOURCE / "sensor"
+    there = {file.relative_to(room).with_suffix("").parts[0] for file in room.rglob("*.py")}
+    listed = [name for names in PIPE for name in names]
+    assert sorted(listed) == sorted(there - {"__init__"}), "a new file or folder needs a place in PIPE"
+
+
+def test_the_folders_of_the_sensor_import_one_way():
+    of = imported(FILES)
+    assert against_the_pipe(of) == []
+    load, bank = "ramsight.sensor.circuit.load", "ramsight.sensor.belief.bank"
+    assert against_the_pipe({load: {bank}, bank: {load}}) == [f"{load} imports {bank}"]
 
 
 def test_the_test_sees_circles_inside_a_room(tmp_path, monkeypatch):

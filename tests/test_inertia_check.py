@@ -19,7 +19,7 @@ from ramsight.logs import read_log
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.sensor import redundancy
-from ramsight.sensor.inertia_check import InertiaState
+from ramsight.sensor.checks.inertia_check import InertiaState
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import SIGN_ALARM

@@ -7,9 +7,9 @@ import pytest
 from ramsight import machine
 from ramsight.engine.recursion import replay
 from ramsight.plant.ddh import build_ddh
-from ramsight.sensor.hypothesis import BOUNDS, Hypothesis
+from ramsight.sensor.belief.hypothesis import BOUNDS, Hypothesis
+from ramsight.sensor.circuit.leakage import Leakage
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.leakage import Leakage
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import LEAKAGE_POWER_MOST
@@ -31,7 +31,7 @@ def test_usual_estimates_are_not_touched():
 def test_a_correction_leaves_every_estimate_of_the_machine_within_its_bounds():
     names = list(BOUNDS)
     assert {Quantity.LEAKAGE, Quantity.LAG, Quantity.EXPONENT} <= set(names)
-    changed = Hypothesis(mean={one: ca.SX(1.0) for one in names}, covariance=None, weight=ca.SX(0.0)).corrected(
+    changed = Hypothesis(mean={one: ca.SX(1.0) for one in names}, covariance=None, log_weight=ca.SX(0.0)).corrected(
         None, {one: ca.SX(1e9 * (-1.0) ** k) for k, one in enumerate(names)}
     )
     for k, one in enumerate(names):

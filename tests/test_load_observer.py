@@ -13,10 +13,10 @@ from ramsight.plant.balance import FACTORS, balance, without_friction
 from ramsight.plant.limits import limits_of
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.load import LoadState, Piston, observe_load, shifted
-from ramsight.sensor.load_release import Release, UnheldState, release_load
+from ramsight.sensor.circuit.load import LoadState, Piston, observe_load, shifted
+from ramsight.sensor.circuit.load_release import Release, UnheldState, release_load
+from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.virtual_sensor import Report, close
 
 from .plant_bench import UNITS

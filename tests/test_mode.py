@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ramsight.sensor.mode import FREE, HELD, TRANSITIONS, Mode, is_in, next_mode
+from ramsight.sensor.contacts.mode import FREE, HELD, TRANSITIONS, Mode, is_in, next_mode
 
 CONDITIONS = sorted({row.when for row in TRANSITIONS} - {"otherwise"})
 DOCS = Path(__file__).parent.parent / "docs"

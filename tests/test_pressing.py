@@ -8,8 +8,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import norm
 
-from ramsight.sensor.pressing import PressState, Pushed, follow_press, odds_of_obstacle
-from ramsight.sensor.thresholds import HELD_OBSTACLE, PASSED_END, VOLUME_MODEL_STD
+from ramsight.sensor.contacts.press import (
+    PressState,
+    Pushed,
+    at_setting,
+    follow_press,
+    likelier_at_end,
+    odds_of_end,
+    odds_of_obstacle,
+)
+from ramsight.sensor.thresholds import (
+    END_HELD_TIME,
+    FALSE_CONTACT,
+    HELD_OBSTACLE,
+    NO_END_HOLDS,
+    NOWHERE_LIKELIER,
+    PASSED_END,
+    VOLUME_MODEL_STD,
+)
+
+from .sensor_bench import Machine, step_of
 
 
 def press(rise, missing, std=0.1):
@@ -43,26 +61,98 @@ def test_a_piston_that_goes_on_was_on_no_end_the_less_the_stiffer_it_was():
     assert 1.0 < odds(50.0, 0.0, on=1.0) < odds(50.0, 30.0, on=1.0) <= 1.0 / PASSED_END
 
 
-def pushed(held, rise, missing, compliance=1.0, std=0.1, pushing=1.0):
+def pushed(held, rise, missing, compliance=1.0, std=0.1, pushing=1.0, setting=0.0, elapsed=0.02, place=0.0):
     values = {"pushing": pushing, "rise": rise, "missing": missing, "compliance": compliance, "compliance_std": std}
+    values |= {"at_setting": setting, "elapsed": elapsed, "place": place}
     return Pushed(held=ca.DM(held), **{name: ca.DM(value) for name, value in values.items()})
 
 
 def test_the_strongest_press_of_a_hold_counts_and_none_of_another():
     state = PressState()
     for now in (pushed(0, 0.0, 0.0), pushed(1, 10.0, 2.0), pushed(1, 30.0, 3.0), pushed(1, 20.0, 9.0)):
-        state = follow_press(state, now)
+        state, _ = follow_press(state, now)
     assert (float(state.rise), float(state.missing)) == (30.0, 3.0)
-    drawn = follow_press(state, pushed(1, 60.0, 50.0, pushing=0.0))
+    drawn, _ = follow_press(state, pushed(1, 60.0, 50.0, pushing=0.0))
     assert float(drawn.rise) == 30.0, "a motor that turns back presses nothing"
-    assert float(follow_press(state, pushed(0, 0.0, 0.0)).rise) == 0.0
+    assert float(follow_press(state, pushed(0, 0.0, 0.0))[0].rise) == 0.0
 
 
 def test_what_a_contact_teaches_of_the_oil_is_no_stiffness_of_it():
     """Half of the rise is missing by the compliance from before; to the filter the oil is twice as soft by now."""
-    state = follow_press(PressState(), pushed(0, 0.0, 0.0, compliance=1.0, std=0.2))
-    at_once = follow_press(state, pushed(1, 40.0, 20.0))
-    learned = follow_press(state, pushed(1, 20.0, 0.0, compliance=2.0, std=0.05))
+    state, _ = follow_press(PressState(), pushed(0, 0.0, 0.0, compliance=1.0, std=0.2))
+    at_once, _ = follow_press(state, pushed(1, 40.0, 20.0))
+    learned, _ = follow_press(state, pushed(1, 20.0, 0.0, compliance=2.0, std=0.05))
     assert float(at_once.missing) / float(at_once.rise) == pytest.approx(0.5)
     assert (float(learned.rise), float(learned.missing)) == pytest.approx((40.0, 20.0))
     assert float(learned.compliance_std) == 0.2
+
+
+def pressed_for(seconds, **how):
+    """The state and whether it was decided on the way, of a press at the relief setting."""
+    state, decided = PressState(), False
+    for _ in range(round(seconds / 0.02)):
+        state, now = follow_press(state, pushed(1, 10.0, 0.0, setting=1.0, **how))
+        decided |= bool(float(now))
+    return state, decided
+
+
+NEEDED = END_HELD_TIME * (math.log(NO_END_HOLDS) - math.log(FALSE_CONTACT))
+"""How long a press at an unknown position has to last at the setting [s]: 0.53 s."""
+
+
+def test_a_press_is_decided_by_how_long_it_holds_the_setting():
+    assert not pressed_for(NEEDED - 0.03)[1]
+    state, decided = pressed_for(NEEDED + 0.03)
+    assert decided
+    assert float(state.decided) == 1.0
+
+
+def test_where_an_end_is_expected_it_is_decided_sooner_and_elsewhere_later():
+    sooner, later = (END_HELD_TIME * place for place in (3.0, NOWHERE_LIKELIER))
+    assert pressed_for(NEEDED - sooner + 0.03, place=3.0)[1]
+    assert not pressed_for(NEEDED - sooner - 0.03, place=3.0)[1]
+    assert pressed_for(NEEDED - later + 0.03, place=NOWHERE_LIKELIER)[1]
+    assert not pressed_for(NEEDED - later - 0.03, place=NOWHERE_LIKELIER)[1]
+
+
+def test_a_press_that_never_reaches_the_setting_or_only_draws_decides_nothing():
+    state = PressState()
+    for _ in range(500):
+        state, decided = follow_press(state, pushed(1, 50.0, 0.0))
+        assert float(decided) == 0.0
+    assert not pressed_for(5.0, pushing=0.0)[1]
+    assert float(odds_of_end(ca.DM(0.0), ca.DM(9.0))) == 0.0, "a place alone is no end"
+
+
+def test_what_is_let_go_is_forgotten():
+    state, _ = pressed_for(0.4)
+    state, _ = follow_press(state, pushed(0, 0.0, 0.0))
+    assert float(state.at_setting) == float(state.decided) == 0.0
+
+
+@pytest.mark.parametrize("direction", [-1.0, 1.0])
+def test_a_place_is_as_much_likelier_as_its_density_times_the_stroke(direction):
+    model = Machine()
+    stroke, own = model.stroke, model.assumed.stops.contact
+    end = stroke if direction > 0.0 else 0.0
+
+    def likelier(position, std):
+        return float(ca.evalf(ca.SX(1.0) * likelier_at_end(ca.SX(position), std, ca.SX(direction), model)))
+
+    wide = math.hypot(5e-3, own * stroke)
+    assert likelier(end - direction * 4e-3, 5e-3) == pytest.approx(
+        math.log(stroke * norm.pdf(4e-3, 0.0, wide)), rel=1e-6
+    )
+    assert likelier(0.5 * stroke, 5e-3) == NOWHERE_LIKELIER
+
+
+def test_the_setting_is_reached_within_what_a_valve_may_open_early():
+    step = step_of(expected=100.0, noise=0.5)
+
+    def reached(missing, relief=1.0, tolerance=0.1):
+        return bool(float(ca.evalf(at_setting(step, ca.SX(missing), ca.SX(relief), ca.SX(tolerance)))))
+
+    assert reached(10.9)
+    assert not reached(11.1)
+    assert reached(-30.0), "a valve that holds more is one as well"
+    assert not reached(0.0, relief=0.0)

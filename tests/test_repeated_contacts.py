@@ -8,30 +8,20 @@ import pytest
 
 import ramsight
 from ramsight.expression import scalar
+from ramsight.sensor.belief.measurement import Applied, log_density, tempered
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.measurement import Weighed, log_likelihood, reweighed
 
 ROUGHLY = {"rel": 1e-12, "abs": 1e-12}
-
-
-class Expected:
-    """A hypothesis with a weight alone."""
-
-    def __init__(self, weight):
-        self.weight = weight
-
-    def with_weight(self, weight):
-        return Expected(weight)
 
 
 def gain(misfits, variances, counts, otherwise=-1e3):
     """By how much each hypothesis becomes likelier that misses a measurement by so many of its standard deviations."""
     each = []
     for misfit, variance in zip(misfits, variances, strict=True):
-        likelihood = log_likelihood(scalar(misfit**2 * variance), variance)
-        fits, normal, wide = scalar(1.0) > 0.0, scalar(misfit**2), scalar(variance)
-        each.append(Weighed(Expected(scalar(0.0)), fits, normal, likelihood, wide, scalar(otherwise)))
-    return [float(ca.evalf(one.weight)) for one in reweighed(each, scalar(counts))]
+        likelihood = log_density(scalar(misfit**2 * variance), variance)
+        wide, normal = scalar(variance), scalar(misfit**2)
+        each.append(Applied(None, scalar(1.0) > 0.0, normal, likelihood, likelihood, wide, scalar(otherwise)))
+    return [float(ca.evalf(one)) for one in tempered(each, scalar(counts))]
 
 
 @pytest.mark.parametrize(("misfits", "variances"), [((0.3, 2.0), (1e-6, 3e-6)), ((0.0, 5.0), (1e-6, 4e-2))])

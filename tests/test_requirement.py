@@ -10,7 +10,7 @@ import ramsight
 from ramsight.api.requirements import requirement_of
 from ramsight.machine import loads, template
 from ramsight.machine.requirement_description import Requirement
-from ramsight.sensor.mode import Mode
+from ramsight.sensor.contacts.mode import Mode
 from ramsight.sensor.status import Status
 from ramsight.study.commissioning import requirement_finding
 from ramsight.study.commissioning.finding import Verdict

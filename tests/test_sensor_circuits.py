@@ -98,7 +98,7 @@ def test_a_position_that_nobody_knows_is_found_at_the_stops(name):
     assert 0.1 < known.mean() < 0.95
     first = int(np.argmax(known))
     end = min(0.0, unit.cylinder.stroke, key=lambda place: abs(place - run["position"].values[first]))
-    assert said["state_position"][first] == pytest.approx(end, abs=1e-5), "where it stood, not where it seems to be now"
+    assert said["state_position"][first] == pytest.approx(end, abs=1e-4), "where it stood, not where it seems to be now"
     assert np.abs(error[known]).max() < 0.02 * unit.cylinder.stroke
     assert np.abs(error[-1]) < 0.005 * unit.cylinder.stroke
     assert (np.abs(error) <= BAND * said["position_std"])[known].mean() >= 0.95

@@ -13,8 +13,8 @@ import ramsight
 from ramsight.cli.verbs import app
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.output import write_table
-from ramsight.sensor.disagreement import sure
-from ramsight.sensor.sharing import OIL, POWER, SHARED, VOLTAGE, Agreement, Allowed, shared_table
+from ramsight.sensor.checks.disagreement import sure
+from ramsight.tracking.sharing import OIL, POWER, SHARED, VOLTAGE, Agreement, Allowed, shared_table
 
 PAGE = (Path(__file__).parents[1] / "docs" / "reference" / "detectors.md").read_text(encoding="utf-8")
 H, LASTS = 0.02, 600.0

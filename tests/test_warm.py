@@ -21,7 +21,7 @@ from ramsight.plant.kept_circuit import kept_circuit
 
 NOT_FOR_A_SECOND_TRACK = (
     "xarray", "pandas", "scipy", "matplotlib", "pyarrow", "dask", "pint", "ramsight.engine.llvm",
-    "ramsight.sensor.kalman", "ramsight.sensor.bank", "ramsight.calibration.movement", "ramsight.control",
+    "ramsight.sensor.kalman", "ramsight.sensor.belief.bank", "ramsight.calibration.movement", "ramsight.control",
 )  # fmt: skip
 
 TWICE = """

@@ -1,0 +1,197 @@
+"""What guards a belief from below: evidence that counts once, ways that are unsure, bands that narrow slowly."""
+
+import math
+from types import SimpleNamespace
+
+import casadi as ca
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import norm
+
+from ramsight.expression import scalar
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.belief.bank import Bank
+from ramsight.sensor.belief.bank_state import BankState
+from ramsight.sensor.belief.hypothesis import BOUNDS, Hypothesis
+from ramsight.sensor.belief.measurement import Measurement, applied
+from ramsight.sensor.belief.mixture import Mixture, bayes
+from ramsight.sensor.belief.reach import Reach
+from ramsight.sensor.contacts.contact import _waiting
+from ramsight.sensor.covariance import Covariance
+from ramsight.sensor.kind import KINDS, Kind
+from ramsight.sensor.quantity import Quantity
+from ramsight.sensor.report.report import _others
+from ramsight.sensor.thresholds import BAND_STEP, CONTACTS_ALIKE, LOG_WEIGHT_LEAST, OUTSIDE, SEPARATE_CONTACTS
+
+STROKE = 0.7
+MODEL = SimpleNamespace(stroke=STROKE, assumed=Assumptions(), kinds=KINDS)
+
+
+def value(expression):
+    return float(ca.evalf(scalar(0.0) + expression))
+
+
+def bank(std=1e-3, **state):
+    """Hypotheses whose positions have this standard deviation, in the middle of the stroke."""
+    first = BankState.initial(Assumptions(), STROKE)
+    hypotheses = tuple(h.with_covariance(h.covariance.at_least(Quantity.POSITION, std**2)) for h in first.hypotheses)
+    state = BankState(**{**vars(first), **{name: scalar(one) for name, one in state.items()}, "hypotheses": hypotheses})
+    return Bank(state, Mixture.of(hypotheses, scalar(0.0)), MODEL, scalar(0.5 * STROKE), scalar(0.02))
+
+
+@pytest.mark.parametrize("before", [0, 1, 7])
+def test_a_repeated_contact_counts_as_the_derivative_of_what_all_together_are_worth(before):
+    """n contacts whose errors are correlated by r are worth n / (1 + (n - 1) r) independent ones."""
+
+    def worth(n):
+        return n / (1.0 + (n - 1.0) * CONTACTS_ALIKE)
+
+    step = 1e-6
+    slope = (worth(before + 1.0 + step) - worth(before + 1.0 - step)) / (2.0 * step)
+    expected = slope / (1.0 - CONTACTS_ALIKE)
+    met = bank(met_low=before, met_top=3.0)
+    assert value(met._counts(ca.SX(1.0), ca.SX(0.0))) == pytest.approx(expected)
+    assert value(met._counts(ca.SX(0.0), ca.SX(0.0))) == 1.0, "a reference is no contact"
+
+
+@pytest.mark.parametrize(("std", "share"), [(1e-3, 1.0 - 0.2 / STROKE), (0.12, 1.0)])
+def test_a_way_that_is_as_unsure_as_it_is_long_refutes_no_place(std, share):
+    """0.2 m, known to a millimetre or to 0.12 m."""
+    unknown = bank(std, room=1.0)
+    unknown = unknown.with_hypotheses(
+        [
+            h.with_covariance(h.covariance.at_least(Quantity.POSITION, (0.5 * STROKE) ** 2))
+            if kind == Kind.UNKNOWN_POSITION
+            else h
+            for kind, h in zip(KINDS, unknown.hypotheses, strict=True)
+        ]
+    )
+    after = unknown.roamed(scalar(0.2))
+    odds = [one.hypotheses[-1].log_weight - one.hypotheses[0].log_weight for one in (unknown, after)]
+    assert value(odds[1] - odds[0]) == pytest.approx(math.log(share), abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("size", "width", "after"),
+    [
+        (1.9, 2.0, 2.0 * math.exp(-BAND_STEP * OUTSIDE)),
+        (4.1, 2.0, 2.0 * math.exp(BAND_STEP * (1.0 - OUTSIDE))),
+        (3.8, 2.0, 2.0 * math.exp(-BAND_STEP * OUTSIDE)),
+        (0.0, 1.0, 1.0),
+    ],
+)
+def test_a_band_widens_by_a_miss_as_much_as_nineteen_hits_narrow_it(size, width, after):
+    found = bank(band_width=width)._widened(scalar(size), ca.SX(1.0), ca.SX(1.0))
+    assert value(found) == pytest.approx(after)
+    unused = bank(band_width=width)._widened(scalar(size), ca.SX(1.0), ca.SX(0.0))
+    assert value(unused) == width
+
+
+@pytest.mark.parametrize(
+    ("known", "gone", "separate"), [(1.0, 0.0, 0.0), (1.0, SEPARATE_CONTACTS, 1.0), (0.0, 0.0, 1.0)]
+)
+def test_a_contact_is_another_one_after_a_way_or_at_an_unknown_position(known, gone, separate):
+    state = SimpleNamespace(waits=ca.SX(0.0), gone=ca.SX(gone))
+    step = SimpleNamespace(motion=SimpleNamespace(travel=ca.SX(0.0)))
+    no, yes = ca.SX(0.0), ca.SX(1.0)
+    now = SimpleNamespace(known=ca.SX(known))
+    waits, left, another = _waiting(state, yes, no, no, no, step, now, no, SimpleNamespace(stroke=STROKE))
+    assert value(another) == value(waits) == separate
+    assert value(left) == 0.0
+
+
+def test_a_contact_that_turned_out_to_be_none_makes_the_next_another_one():
+    step = SimpleNamespace(motion=SimpleNamespace(travel=ca.SX(0.0)))
+    no, yes, now = ca.SX(0.0), ca.SX(1.0), SimpleNamespace(known=ca.SX(1.0))
+    state = SimpleNamespace(waits=yes, gone=no)
+    waits, gone, _ = _waiting(state, no, no, yes, no, step, now, no, SimpleNamespace(stroke=STROKE))
+    assert value(waits) == 0.0, "released before it was decided"
+    assert value(gone) == SEPARATE_CONTACTS
+
+
+def test_a_torque_that_is_contradicted_moves_the_piston_by_what_the_oil_gives():
+    hold = SimpleNamespace(held=ca.SX(0.0), give_back=ca.SX(0.0), travel_std=ca.SX(3e-3))
+    at = SimpleNamespace(
+        step=SimpleNamespace(
+            load=SimpleNamespace(carried=ca.SX(1e5)), motion=SimpleNamespace(give=ca.SX(1e-8), noise=ca.SX(1e-3))
+        ),
+        checks=SimpleNamespace(torque_off=ca.SX(20.0)),
+    )
+    model = SimpleNamespace(stop_stiffness=ca.SX(1e8), travel_per_radian=ca.SX(1e-4))
+    expected = 3e-3**2 + 1e-3**2 + (1e-8 * 20.0 / 1e-4) ** 2
+    assert value(_others(at, SimpleNamespace(hold=hold), model)) == pytest.approx(expected)
+    hold.held, hold.travel_std = ca.SX(1.0), ca.SX(0.0)
+    at.checks.torque_off = ca.SX(0.0)
+    assert value(_others(at, SimpleNamespace(hold=hold), model)) == pytest.approx(1e-3**2 + (1e5 / 1e8) ** 2)
+
+
+def hypothesis(position, std, weight=0.0, low=0.0):
+    mean = {
+        one: scalar(position if one == Quantity.POSITION else 0.0) for one in (Quantity.POSITION, *BOUNDS, Quantity.LOW)
+    }
+    spread = {one: {Quantity.POSITION: std, Quantity.LOW: low}.get(one, 0.0) for one in mean}
+    return Hypothesis(mean=mean, covariance=Covariance.diagonal(spread), log_weight=scalar(weight))
+
+
+def contact(innovation, std, chance=0.05, **how):
+    return Measurement(
+        use=ca.SX(1.0), innovation=scalar(innovation), H={Quantity.POSITION: 1.0, Quantity.LOW: -1.0},
+        R=scalar(std**2), alternative=scalar(math.log(chance / STROKE)), **how,
+    )  # fmt: skip
+
+
+@given(
+    innovation=st.floats(-0.1, 0.1),
+    positions=st.lists(st.floats(-0.05, 0.05), min_size=2, max_size=4),
+    std=st.floats(1e-3, 0.05),
+    low=st.floats(0.0, 0.05),
+)
+def test_weights_follow_bayes_on_hand_made_innovations(innovation, positions, std, low):
+    """The oracle multiplies densities: of the contact, or of an obstacle anywhere in the stroke if that is larger."""
+    m = contact(innovation, 1e-3)
+    each = [applied(hypothesis(x, std, low=low), m) for x in positions]
+    after = bayes([one.hypothesis for one in each], [one.evidence for one in each])
+    total = math.sqrt(std**2 + low**2 + 1e-3**2)
+    densities = [max(norm.pdf(innovation - x, 0.0, total), 0.05 / STROKE) for x in positions]
+    expected = [max(math.log(d / max(densities)), LOG_WEIGHT_LEAST) for d in densities]
+    assert [value(h.log_weight) for h in after] == pytest.approx(expected, abs=1e-9)
+
+
+@given(std=st.floats(1e-3, 0.05), more=st.floats(1.0, 10.0))
+def test_a_larger_variance_of_anything_leaves_a_hypothesis_no_surer(std, more):
+    """After a contact where it was expected: never less spread where the prior or the contact had more."""
+
+    def left(prior, own):
+        return value(applied(hypothesis(0.0, prior), contact(0.0, own)).hypothesis.position_std)
+
+    assert left(more * std, 1e-3) >= left(std, 1e-3) - 1e-12
+    assert left(std, more * 1e-3) >= left(std, 1e-3) - 1e-12
+
+
+@given(innovation=st.floats(-0.05, 0.05), position=st.floats(-0.05, 0.05), std=st.floats(1e-3, 0.05))
+def test_mirrored_measurements_give_mirrored_corrections(innovation, position, std):
+    here = applied(hypothesis(position, std), contact(innovation, 2e-3))
+    there = applied(hypothesis(-position, std), contact(-innovation, 2e-3))
+    assert value(here.hypothesis.mean[Quantity.POSITION]) == pytest.approx(
+        -value(there.hypothesis.mean[Quantity.POSITION]), abs=1e-12
+    )
+    assert value(here.evidence) == pytest.approx(value(there.evidence))
+
+
+def test_beyond_the_end_nothing_is_met_whatever_explains_it():
+    """A hypothesis 20 mm beyond the end, known to 2 mm: contact and obstacle are as unlikely as it is there."""
+    h, stands = hypothesis(0.0, 2e-3, low=0.07), (scalar(-0.02), scalar(STROKE))
+    inside, outside = (applied(h, contact(0.02, 1e-3, stands=one)) for one in (None, stands))
+    lost = 0.5 * 0.02**2 / (2e-3**2 + 1e-3**2)
+    assert value(inside.otherwise - outside.otherwise) == pytest.approx(lost)
+    assert value(outside.likelihood) < value(inside.likelihood) - 0.5 * lost
+
+
+def test_what_the_way_leaves_clips_a_band_from_both_sides():
+    reach = Reach(scalar(-0.022), scalar(0.3), scalar(3.5e-3))
+    below, above = reach.clipped(scalar(0.1), scalar(0.1))
+    assert (value(below), value(above)) == pytest.approx((0.0255, 0.1))
+    assert value(reach.second_moment(hypothesis(0.0, 1e-3))) == pytest.approx(1e-6), "what is known stays"
+    uniform = (0.022**2 - 0.022 * 0.3 + 0.3**2) / 3.0 + 3.5e-3**2
+    assert value(reach.second_moment(hypothesis(0.0, 5.0))) == pytest.approx(uniform)
