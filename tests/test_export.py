@@ -111,10 +111,9 @@ def test_floats_stay_within_a_twentieth_of_a_millimetre(exported, compiled):
     sensor, _, rows, start = exported
     expected = by_python(sensor, rows, start)
     found = compiled(True).track(rows, start)
-    # A press is decided a sample earlier or later: what is known since is the same.
-    off = np.abs(found[:, 0] - expected[:, 0])
-    assert np.percentile(off, 99.9) < 0.05e-3
-    assert off.max() < 1e-3
+    # Where a piston stands is found a sample earlier or later: a share of what is known of it then.
+    off, std = np.abs(found[:, 0] - expected[:, 0]), expected[:, 1]
+    assert (off <= np.maximum(0.05e-3, 0.01 * std)).all()
     assert (found[:, 4] != expected[:, 4]).mean() < 1e-3
 
 

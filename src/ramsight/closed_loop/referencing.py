@@ -49,7 +49,7 @@ class Referencing:
         >>> for target in (0.15, 0.05, 0.15, 0.05):
         ...     loop.go({"axis": target})
         >>> loop.stopped, len(loop.visited)
-        (False, 1)
+        (False, 2)
     """
 
     visits: Mapping[str, Sequence[Visit]]

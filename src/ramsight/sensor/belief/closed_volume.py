@@ -21,7 +21,7 @@ from ramsight.engine.typed_state import chosen, leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, negated, scalar
 from ramsight.sensor.belief.measurement import Measurement
 from ramsight.sensor.circuit.load_step import LoadStep
-from ramsight.sensor.inputs.sample import Sample
+from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity, Row, Values
 from ramsight.sensor.thresholds import (
@@ -122,7 +122,7 @@ def follow_event(
     follows = behind < EVENT_FOLLOWS * ca.fabs(step.torque.change) + EVENT_NOISE * noise
     stood = ca.if_else(stands, state.stood + sample.elapsed, 0.0)
     # A start that does not begin at a standstill finds the valve open and the manifold full.
-    from_rest = any_of(stands, state.stood > STOOD_STILL, all_of(state.active, negated(state.stands)))
+    from_rest = any_of(stands, lasted(state.stood, STOOD_STILL), all_of(state.active, negated(state.stands)))
     active = all_of(closed, from_rest, step.torque.shows < SHOWN_SHARE, felt, sample.elapsed > 0.0)
     same = all_of(active, state.active, follows, stands == state.stands)
     event = _event(state, all_of(state.active, negated(same)), sample.elapsed, point)

@@ -30,7 +30,7 @@ from ramsight.sensor.circuit.rest import creep
 from ramsight.sensor.contacts.contact_state import Contact
 from ramsight.sensor.contacts.mode import Mode, is_in
 from ramsight.sensor.inputs.intake import Intake
-from ramsight.sensor.inputs.sample import DC_POWER, PRESSURES, SHAFT_ANGLE, Sample
+from ramsight.sensor.inputs.sample import DC_POWER, PRESSURES, SHAFT_ANGLE, Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.thresholds import (
@@ -379,7 +379,7 @@ def _torque_evidence(
     steady = ca.fabs(step.torque.change) < STEADY_TORQUE * ca.fabs(at.torque_by[Quantity.LEAKAGE])
     valve = all_of(all_of(turns, step.torque.shows < BLIND_SHARE), steady)
     closed_for = ca.if_else(valve, state.closed_for + sample.elapsed, 0.0)
-    blind = closed_for > VALVE_SETTLED
+    blind = lasted(closed_for, VALVE_SETTLED)
     model_error = (TORQUE_MODEL_STD * by_compliance) ** 2
     friction = ca.if_else(blind, (PUMP_FRICTION_STD * sample.motor_torque) ** 2, 0.0)
     # A torque that is late is that of a moment before.

@@ -29,7 +29,7 @@ import casadi as ca
 
 from ramsight.engine.typed_state import chosen, leaf, leaves, mapped
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, flag, negated
-from ramsight.sensor.inputs.sample import Sample
+from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.thresholds import (
     AGREEMENT_GATE,
     CHI_SQUARED_STD,
@@ -307,4 +307,4 @@ def _is_over(state: DiagnosisState, sample: Sample, pair: Pair, agrees: Flag) ->
     """For how long both have agreed as they moved [s], and whether the fault is over by that."""
     moves = all_of(pair.there, ca.fabs(pair.other) > pair.least)
     lasts = ca.if_else(agrees, state.agreed_for + ca.if_else(moves, sample.elapsed, 0.0), 0.0)
-    return lasts, any_of(state.over, lasts > MEMORY_TIME)
+    return lasts, any_of(state.over, lasted(lasts, MEMORY_TIME))

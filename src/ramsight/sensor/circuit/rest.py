@@ -12,7 +12,7 @@ from ramsight.expression import Condition, Flag, Scalar, all_of, any_of, negated
 from ramsight.plant.oil import MINERAL_EXPANSION, trapped_expansion
 from ramsight.plant.valve import CLOSED_POINT
 from ramsight.sensor.circuit.load_step import LoadStep
-from ramsight.sensor.inputs.sample import Sample
+from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
     CERTAIN,
@@ -104,8 +104,8 @@ def unseen_load(
     """
     shows = all_of(step.torque.shows > SHOWN_SHARE, ca.fabs(sample.motor_speed) > MOTOR_TURNS)
     shown_for = ca.if_else(shows, state.shown_for + sample.elapsed, 0.0)
-    sees = shown_for > LOAD_FOUND_TIME
-    learns = all_of(all_of(sees, state.shown_for <= LOAD_FOUND_TIME), state.was_seen)
+    sees = lasted(shown_for, LOAD_FOUND_TIME)
+    learns = all_of(all_of(sees, negated(lasted(state.shown_for, LOAD_FOUND_TIME))), state.was_seen)
     mean_square = 1.0 + state.changes
     # The rule of succession: of one more change than the mean has, 2 / gain - 1, one may be as large as described.
     newest = ((step.load.value - state.load) / expected) ** 2 + 0.5 * LOAD_CHANGE_GAIN

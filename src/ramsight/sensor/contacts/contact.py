@@ -43,7 +43,7 @@ from ramsight.sensor.contacts.contact_state import (
 )
 from ramsight.sensor.contacts.mode import HELD, Mode, is_in, next_mode
 from ramsight.sensor.contacts.press import Pushed, at_setting, follow_press, likelier_at_end
-from ramsight.sensor.inputs.sample import Sample
+from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
     COMPLIANCE_GATE,
@@ -229,7 +229,7 @@ def _motor(state: ContactState, sample: Sample, step: LoadStep, now: Estimated) 
     turns = all_of(ca.fabs(speed) > MOTOR_TURNS, moves)
     # A load that has changed at rest is found in the first moments; the piston seems to stand meanwhile.
     since = ca.if_else(count(turns) == count(state.turned), state.since + sample.elapsed, 0.0)
-    free = all_of(since > LOAD_FOUND_TIME, negated(any_of(state.held, state.leaves)))
+    free = all_of(lasted(since, LOAD_FOUND_TIME), negated(any_of(state.held, state.leaves)))
     delivered = state.standing.delivered + step.motion.free_travel  # also by leakage, where the pump holds the load
     way = ca.if_else(turns, ca.sign(speed), ca.sign(delivered))
     before = now.position - step.motion.travel  # where this sample went is as uncertain as the flow
@@ -255,7 +255,8 @@ def _find(
     sinks = all_of(step.load.empty, all_of(motor.free, lowers))
     settled, settling = _settling(state.settling, sample, step, motor.before, sinks)
     sunk = all_of(sinks, state.settling.empty)
-    near_setting, over = _over(state, sample, now, motor, at_end)
+    near_setting, over = _over(state, sample, step, now, motor, standing.stands, model)
+    over = all_of(over, at_end)
     # Oil that decompresses at an end is no contact: the piston has come there, and is about to leave.
     behind = ca.if_else(way > 0.0, standing.position - low, top - standing.position)
     most = DIRECTION_TRAVEL * model.stroke
@@ -278,18 +279,36 @@ def _find(
 
 
 def _over(
-    state: ContactState, sample: Sample, now: Estimated, motor: _Motor, at_end: Flag
+    state: ContactState,
+    sample: Sample,
+    step: LoadStep,
+    now: Estimated,
+    motor: _Motor,
+    seems: Flag,
+    model: MachineModel,
 ) -> tuple[NearSettingState, Flag]:
-    """Whether the pump's oil passes a relief valve at an end, and since when the pressure is where that may open.
+    """Whether the pump's oil passes a relief valve, and since when the pressure is where that may open.
 
-    At its setting a valve surely does, for no load is lifted with more; where it may open early it does once that lasts
-    longer than transients.
+    At its setting a valve surely does, for no load is lifted with more. Where it may open early the pressure has come
+    to rest after it rose while the piston seemed to stand, at a place that is likelier the end's than any other. What
+    is as heavy while the piston moves is a load.
+
+    Args:
+        state: before the sample.
+        sample: the sample.
+        step: of the load observer.
+        now: what is estimated of the piston.
+        motor: at the sample.
+        seems: whether the piston may stand.
+        model: of the machine.
     """
     near = all_of(motor.turns, now.relief > 0.0, negated(state.held))
     before = state.near_setting
-    lasts = ca.if_else(near, before.lasts + sample.elapsed, 0.0)
+    rose = all_of(seems, ca.fabs(motor.delivered) > 2.0 * CONTACT_STILL * step.motion.noise)
+    lasts = ca.if_else(all_of(near, any_of(before.lasts > 0.0, rose)), before.lasts + sample.elapsed, 0.0)
     began = ca.if_else(all_of(near, before.lasts > 0.0), before.position, motor.before)
-    over = all_of(near, any_of(now.relief > RELIEF_CERTAIN, lasts > TRANSIENT_TIME), at_end)
+    likely = likelier_at_end(motor.before, now.std, motor.way, model) > 0.0
+    over = all_of(near, any_of(now.relief > RELIEF_CERTAIN, all_of(lasted(lasts, TRANSIENT_TIME), likely)))
     return NearSettingState(lasts=lasts, position=began), over
 
 

@@ -49,7 +49,7 @@ class NearSettingState:
     """A pressure at which a relief valve may open, while nothing holds the piston yet.
 
     Attributes:
-        lasts: how long it has been so [s].
+        lasts: how long it has been so since it rose while the piston seemed to stand [s].
         position: where the piston was when it began [m].
     """
 

@@ -11,7 +11,7 @@ from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, count, flag, flag_symbol, scalar, scalar_symbol
 from ramsight.logs.channels import column_of
 from ramsight.plant.circuit import COMMANDED
-from ramsight.sensor.thresholds import COMMAND_MOST
+from ramsight.sensor.thresholds import COMMAND_MOST, SHORTEST_STEP
 
 REPORTED = ("time", "motor_speed", "motor_torque", "oil_temperature")
 INPUTS = (*REPORTED, "reference", "reference_known")
@@ -197,6 +197,19 @@ class SampleState:
             commands: names of the commanded parts.
         """
         return cls(commands=first_commands(commands))
+
+
+def lasted(duration: Scalar, least: float) -> Flag:
+    """Whether something has lasted as long as it must.
+
+    A duration is a sum of periods, each rounded: without the half of the shortest one, the last digit of a time would
+    decide where both are the same number of samples.
+
+    Args:
+        duration: [s].
+        least: that counts [s].
+    """
+    return duration > least - 0.5 * SHORTEST_STEP
 
 
 def first_commands(commands: Sequence[str]) -> dict[str, Scalar]:

@@ -11,7 +11,7 @@ from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Scalar, all_of, any_of, negated, never, scalar
 from ramsight.sensor.belief.update import Prediction, Updated
 from ramsight.sensor.circuit.load_step import LoadStep
-from ramsight.sensor.inputs.sample import Sample
+from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.report.detectors import DETECTORS
 from ramsight.sensor.status import Status
@@ -163,8 +163,8 @@ def implausible_torque(
     impossible_for = _while(all_of(free, beyond), state.impossible_for, dt)
     resting_for = _while(negated(turning), state.resting_for, dt)
     smoothed = state.at_rest + dt / (REST_SMOOTHING + dt) * (torque.innovation - state.at_rest)
-    at_rest = ca.if_else(resting_for > EMPTY_TIME, smoothed, 0.0)
-    implausible = any_of(unexplained_for > TRANSIENT_TIME, impossible_for > NOISE_TIME)
+    at_rest = ca.if_else(lasted(resting_for, EMPTY_TIME), smoothed, 0.0)
+    implausible = any_of(lasted(unexplained_for, TRANSIENT_TIME), lasted(impossible_for, NOISE_TIME))
     offset = ca.fabs(at_rest) > REST_TORQUE_SHARE * model.relief_torque + torque.hidden
     after = PlausibilityState(
         unexplained_for=unexplained_for, impossible_for=impossible_for, resting_for=resting_for, at_rest=at_rest

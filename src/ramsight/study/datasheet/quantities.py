@@ -99,7 +99,7 @@ def varied(machine: Machine, unit: str, vary: Mapping[str, str] | None = None) -
         >>> from ramsight import machine
         >>> found = varied(machine.load_machine("mining-loader"), "boom", {"leakage": "± 10 %", "mass": ""})
         >>> [(one.name, one.spread.half, one.is_default) for one in found][:2]
-        [('leakage', 0.1, False), ('displacement', 0.012, True)]
+        [('leakage', 0.1, False), ('displacement', 0.016, True)]
     """
     described, passed = machine.unit(unit), dict(vary or {})
     begins = f"units.{unit}."
