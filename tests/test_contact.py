@@ -166,8 +166,7 @@ def test_a_lowered_end_is_where_the_mast_came_to_stand():
     assert place == pytest.approx(0.0, abs=0.005 * unit.cylinder.stroke)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_forks_that_are_light_beside_the_noise_are_followed_down(seed):
+def test_forks_that_are_light_beside_the_noise_are_followed_down():
     """They show three standard deviations of a single torque; over a few tenths of a second that is something."""
     unit = UNITS["forklift-mast lift"]
     noisy = unit.assumptions.model_copy(update={"drive": unit.assumptions.drive.model_copy(update={"torque": 0.02})})
@@ -175,14 +174,15 @@ def test_forks_that_are_light_beside_the_noise_are_followed_down(seed):
     start = 0.6 * unit.cylinder.stroke
     corners = [(0.0, 0.0), (0.5, 0.0), (0.8, 0.2), (1.8, 0.2), (2.1, 0.0), (2.5, 0.0), (2.8, -0.3), (5.0, -0.3)]
     run, _ = moves(unit, [*corners, (5.3, 0.0), (6.0, 0.0)], load, start)
-    log = report(run, quiet(unit, seed=seed, share=0.02))
     observer = load_observer(unit, watches=True, assumptions=noisy)
-    begin(observer, start)
-    said = observer.track(log)
     goes = run["motor_speed"].values < -0.1 * unit.max_speed
-    assert said["empty"][goes].mean() < 0.05
-    assert not said["found"].any()
-    assert said["position"][-1] == pytest.approx(run["position"].values[-1], abs=0.05 * unit.cylinder.stroke)
+    followed = 0
+    for seed in range(16):
+        begin(observer, start)
+        said = observer.track(report(run, quiet(unit, seed=seed, share=0.02)))
+        off = abs(said["position"][-1] - run["position"].values[-1])
+        followed += said["empty"][goes].mean() < 0.05 and not said["found"].any() and off < 0.01 * unit.cylinder.stroke
+    assert followed >= 14  # by the noise of half a second some forks are nothing
 
 
 @pytest.mark.parametrize("name", LOADER)
