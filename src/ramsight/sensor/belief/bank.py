@@ -186,14 +186,30 @@ class Bank:
         less = all_of(room < state.room - ROOM_STEP, nowhere)
         likelier = ca.log(room / state.room)
         bank = bank.weighed(less, [likelier if kind == Kind.UNKNOWN_POSITION else 0.0 for kind in self.model.kinds])
-        return replace(bank, state=replace(bank.state, room=ca.if_else(less, room, state.room)))
+        return replace(bank, state=replace(bank.state, room=ca.if_else(less, room, state.room)))._within_reach()
+
+    def _within_reach(self) -> Bank:
+        """After the piston went further than before: a hypothesis is less likely by what that leaves of its position."""
+        state = self.state
+        extent = state.below + state.above
+        # What a piston seems to have moved against an end is known once it has left it.
+        step = ROOM_STEP * self.model.stroke
+        more = all_of(extent - state.extent > step, ca.fmin(state.below, state.above) > step)
+        std = ca.if_else(more, self.together.std({Quantity.POSITION: 1.0}), state.extent_std)
+        state = replace(state, extent_std=std)
+        reach = replace(self, state=state).reach
+        before = reach.widened(state.above < state.below, ca.fmax(extent - state.extent, 0.0))
+        shares = [ca.fmin(ca.log(reach.share(h) / before.share(h)), 0.0) for h in self.hypotheses[:-1]]
+        bank = self.weighed(more, [*shares, 0.0])
+        now = replace(bank.state, extent=ca.if_else(more, extent, state.extent), extent_std=std)
+        return replace(bank, state=now)
 
     @property
     def reach(self) -> Reach:
         """Where the piston can be: as far from both ends as its way needs, but for what that is uncertain by."""
-        stroke, slack = self.model.stroke, self._slack
-        lowest, highest = ca.fmax(self.state.below - slack, 0.0), ca.fmin(stroke - self.state.above + slack, stroke)
-        return Reach(lowest - self.position, highest - self.position, BEYOND_END_LEAST * stroke)
+        below, above = self.state.below, self.state.above
+        std = ca.sqrt(self.state.extent_std**2 + (BEYOND_END_LEAST * self.model.stroke) ** 2)
+        return Reach(below - self.position, self.model.stroke - above - self.position, std)
 
     @property
     def _slack(self) -> Scalar:
@@ -206,9 +222,9 @@ class Bank:
         return bank.rewound(by)
 
     def rewound(self, by: Real) -> Bank:
-        """With a way of the piston of which so much was none [m]."""
+        """With a way of the piston of which so much was none [m]; it has surely not been further for that."""
         state = self.state
-        below, above = ca.fmax(state.below - by, 0.0), ca.fmax(state.above + by, 0.0)
+        below, above = (ca.fmax(way - ca.fmax(one, 0.0), 0.0) for way, one in ((state.below, by), (state.above, -by)))
         return replace(self, state=replace(state, below=below, above=above))
 
     def confined(self, nominal: Scalar, passes: Flag, passed: Real) -> Bank:
@@ -308,6 +324,7 @@ class Bank:
             top: whether it is one at the extended end.
         """
         model = self.model
+        m = replace(m, arrived=m.arrived + ca.if_else(self.state.entered, self._start_variance, 0.0))
         begun, lost_before = unknown_begun(self.hypotheses, m, self.state.entered, model)
         each = [applied(h, m) for h in begun]
         hypotheses = bayes([one.hypothesis for one in each], tempered(each, self._counts(low, top)))
@@ -325,6 +342,12 @@ class Bank:
         found, lost = (self._if_used(m.use, one, flag(False)) for one in (how.found, how.lost))
         # What a measurement corrects may be an error of the way: the piston has surely been that much less far away.
         corrects = ca.if_else(m.use, moved, 0.0)
+        was_known = (
+            of_likeliest(self.hypotheses, [h.position_variance for h in self.hypotheses]) < (0.5 * self._unknown) ** 2
+        )
+        lost_way = any_of(found, all_of(m.use, negated(was_known)))
+        below = ca.if_else(lost_way, 0.0, ca.fmax(self.state.below - ca.fmax(-corrects, 0.0), 0.0))
+        above = ca.if_else(lost_way, 0.0, ca.fmax(self.state.above - ca.fmax(corrects, 0.0), 0.0))
         state = replace(
             self.state,
             hypotheses=centred,
@@ -332,8 +355,11 @@ class Bank:
             band_width=self._widened(ca.sqrt(newest), fits, m.use),
             entered=all_of(self.state.entered, negated(self._if_used(m.use, how.restarts, flag(False)))),
             by_obstacle=self._if_used(m.use, how.by_obstacle, self.state.by_obstacle),
-            below=ca.if_else(found, 0.0, ca.fmax(self.state.below - ca.fmax(-corrects, 0.0), 0.0)),
-            above=ca.if_else(found, 0.0, ca.fmax(self.state.above - ca.fmax(corrects, 0.0), 0.0)),
+            extent=ca.if_else(
+                lost_way, 0.0, ca.if_else(m.use, ca.fmax(self.state.extent, below + above), self.state.extent)
+            ),
+            below=below,
+            above=above,
             lost_below=ca.if_else(lost, 0.0, self.state.lost_below),
             lost_above=ca.if_else(lost, 0.0, self.state.lost_above),
             room=ca.if_else(lost, 1.0, self.state.room),
@@ -347,6 +373,15 @@ class Bank:
         bank = replace(self, state=state, together=together, position=self.position + moved)
         stages = (self.hypotheses, [one.hypothesis for one in each])
         return bank, Measured(accepted, all_of(m.use, negated(accepted)), moved, stages)
+
+    @property
+    def _start_variance(self) -> float:
+        """Variance of a start that was entered by the chance that it is wrong [m2].
+
+        Until something tells which of both it is, what the first measurement corrects is the start's as well.
+        """
+        stops = self.model.assumed.stops
+        return stops.entered * (stops.elsewhere * self.model.stroke) ** 2
 
     def _counts(self, low: Flag, top: Flag) -> Scalar:
         """How much a contact counts as evidence, after n with the same end: 1 / (1 + n r)^2 of an independent one.

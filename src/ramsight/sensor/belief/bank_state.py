@@ -32,6 +32,8 @@ class BankState:
         entered: whether *unknown position* is that an entered start was wrong.
         by_obstacle: whether *wrong* is that the last contact, taken for an end, was with an obstacle.
         below, above: how far below and above where it is now the piston has been [m].
+        extent: way between its lowest and its highest place that the hypotheses are weighed by [m].
+        extent_std: standard deviation of the position when it was last that far [m].
         lost_below, lost_above: the same since *unknown position* lost its place [m].
         room: share of the stroke that this leaves it; 0 where nobody knows how its position became wrong.
         met_low, met_top: contacts with the retracted and with the extended end.
@@ -45,6 +47,8 @@ class BankState:
     by_obstacle: Flag = leaf("1")
     below: Scalar = leaf("m")
     above: Scalar = leaf("m")
+    extent: Scalar = leaf("m")
+    extent_std: Scalar = leaf("m")
     lost_below: Scalar = leaf("m")
     lost_above: Scalar = leaf("m")
     room: Scalar = leaf("1")

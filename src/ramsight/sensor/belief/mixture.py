@@ -170,10 +170,7 @@ class Mixture:
         """
         found = scalar(0.0)
         for p, h, std in zip(self._stated(), self.hypotheses, self._deviations(width, others), strict=True):
-            off, wide = h.mean[Quantity.POSITION], ca.fmax(std, STD_LEAST)
-            down, up = reach.clipped(limit, limit)
-            below, above = upper_tail((limit + off) / wide), upper_tail((limit - off) / wide)
-            found = found + p * (ca.if_else(down < limit, 0.0, below) + ca.if_else(up < limit, 0.0, above))
+            found = found + p * reach.beyond(h, ca.fmax(std, STD_LEAST), limit)
         return found
 
     def bound(self, width: Scalar, others: Scalar) -> Scalar:
