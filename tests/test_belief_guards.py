@@ -16,7 +16,6 @@ from ramsight.sensor.belief.bank_state import BankState
 from ramsight.sensor.belief.hypothesis import BOUNDS, Hypothesis
 from ramsight.sensor.belief.measurement import Measurement, applied
 from ramsight.sensor.belief.mixture import Mixture, bayes
-from ramsight.sensor.belief.reach import Reach
 from ramsight.sensor.contacts.contact import _waiting
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.kind import KINDS, Kind
@@ -186,12 +185,3 @@ def test_beyond_the_end_nothing_is_met_whatever_explains_it():
     lost = 0.5 * 0.02**2 / (2e-3**2 + 1e-3**2)
     assert value(inside.otherwise - outside.otherwise) == pytest.approx(lost)
     assert value(outside.likelihood) < value(inside.likelihood) - 0.5 * lost
-
-
-def test_what_the_way_leaves_clips_a_band_from_both_sides():
-    reach = Reach(scalar(-0.022), scalar(0.3), scalar(3.5e-3))
-    below, above = reach.clipped(scalar(0.1), scalar(0.1))
-    assert (value(below), value(above)) == pytest.approx((0.0255, 0.1))
-    assert value(reach.second_moment(hypothesis(0.0, 1e-3))) == pytest.approx(1e-6), "what is known stays"
-    uniform = (0.022**2 - 0.022 * 0.3 + 0.3**2) / 3.0 + 3.5e-3**2
-    assert value(reach.second_moment(hypothesis(0.0, 5.0))) == pytest.approx(uniform)

@@ -49,6 +49,15 @@ from ramsight.sensor.thresholds import (
 
 
 @dataclass(frozen=True)
+class _Way:
+    """How far below and above its place the piston has been, and what of that the hypotheses are weighed by [m]."""
+
+    below: Scalar
+    above: Scalar
+    extent: Scalar
+
+
+@dataclass(frozen=True)
 class Bank:
     """The hypotheses within a sample: a value, of which each operation makes a new one.
 
@@ -189,7 +198,7 @@ class Bank:
         return replace(bank, state=replace(bank.state, room=ca.if_else(less, room, state.room)))._within_reach()
 
     def _within_reach(self) -> Bank:
-        """After the piston went further than before: a hypothesis is less likely by what that leaves of its position."""
+        """After the piston went further than before: what that leaves of each hypothesis weighs it (`Reach.share`)."""
         state = self.state
         extent = state.below + state.above
         # What a piston seems to have moved against an end is known once it has left it.
@@ -206,9 +215,14 @@ class Bank:
 
     @property
     def reach(self) -> Reach:
-        """Where the piston can be: as far from both ends as its way needs, but for what that is uncertain by."""
+        """Where the piston can be: as far from both ends as its way needs, but for what that is uncertain by.
+
+        The way from there is as uncertain as the position here, or as it was there where a reference was met since; and
+        ends give way.
+        """
         below, above = self.state.below, self.state.above
-        std = ca.sqrt(self.state.extent_std**2 + (BEYOND_END_LEAST * self.model.stroke) ** 2)
+        softness, here = BEYOND_END_LEAST * self.model.stroke, self.together.std({Quantity.POSITION: 1.0})
+        std = ca.sqrt(ca.fmax(self.state.extent_std, here) ** 2 + softness**2)
         return Reach(below - self.position, self.model.stroke - above - self.position, std)
 
     @property
@@ -237,12 +251,13 @@ class Bank:
             passes: whether oil may pass.
             passed: standard deviation of the position by what may have passed since a reference [m].
         """
-        stroke, found = self.model.stroke, []
+        stroke, gone = self.model.stroke, []
         for h in self.hypotheses:
             far, position = self._far(h, passed), nominal + h.mean[Quantity.POSITION]
             back = ca.fmax(-far - position, 0.0) - ca.fmax(position - stroke - far, 0.0)
-            found.append(h.shifted(ca.if_else(passes, back, 0.0)))
-        return self.with_hypotheses(found)
+            gone.append(ca.if_else(passes, back, 0.0))
+        found = [h.shifted(by) for h, by in zip(self.hypotheses, gone, strict=True)]
+        return self.with_hypotheses(found).rewound(-of_likeliest(self.hypotheses, gone))
 
     def turned_back(self, nominal: Scalar, way: Scalar) -> Bank:
         """With no hypothesis in which a piston is beyond an end that it leaves without having been pressed on it.
@@ -254,14 +269,15 @@ class Bank:
             nominal: position after the step [m].
             way: in which the motor moves it away from such an end, +1 for extension; 0 if it does not.
         """
-        stroke, found = self.model.stroke, []
+        stroke, found, gone = self.model.stroke, [], []
         for h in self.hypotheses:
             position = nominal + h.mean[Quantity.POSITION]
             beyond = ca.if_else(way > 0.0, -position, ca.if_else(way < 0.0, position - stroke, 0.0))
             back = ca.if_else(beyond > h.position_std + BEYOND_END_LEAST * stroke, beyond, 0.0)
             covariance = h.covariance.grown(OVERSHOOT_STD_SHARE * back, given=ENDS)
             found.append(h.shifted(way * back).with_covariance(covariance))
-        return self.with_hypotheses(found)
+            gone.append(way * back)
+        return self.with_hypotheses(found).rewound(-of_likeliest(self.hypotheses, gone))
 
     def room(self, way: Scalar, passed: Real) -> Scalar:
         """How far the piston may still move [m]; oil that is delivered beyond moves nothing.
@@ -324,7 +340,8 @@ class Bank:
             top: whether it is one at the extended end.
         """
         model = self.model
-        m = replace(m, arrived=m.arrived + ca.if_else(self.state.entered, self._start_variance, 0.0))
+        by_start = all_of(self.state.entered, self.state.met_low + self.state.met_top <= 0.0)
+        m = replace(m, arrived=m.arrived + ca.if_else(by_start, self._start_variance, 0.0))
         begun, lost_before = unknown_begun(self.hypotheses, m, self.state.entered, model)
         each = [applied(h, m) for h in begun]
         hypotheses = bayes([one.hypothesis for one in each], tempered(each, self._counts(low, top)))
@@ -340,14 +357,7 @@ class Bank:
         moved = of_likeliest(final, [h.mean[Quantity.POSITION] for h in final])
         centred = tuple(h.shifted(-moved) for h in final)
         found, lost = (self._if_used(m.use, one, flag(False)) for one in (how.found, how.lost))
-        # What a measurement corrects may be an error of the way: the piston has surely been that much less far away.
-        corrects = ca.if_else(m.use, moved, 0.0)
-        was_known = (
-            of_likeliest(self.hypotheses, [h.position_variance for h in self.hypotheses]) < (0.5 * self._unknown) ** 2
-        )
-        lost_way = any_of(found, all_of(m.use, negated(was_known)))
-        below = ca.if_else(lost_way, 0.0, ca.fmax(self.state.below - ca.fmax(-corrects, 0.0), 0.0))
-        above = ca.if_else(lost_way, 0.0, ca.fmax(self.state.above - ca.fmax(corrects, 0.0), 0.0))
+        way = self._way_after(m, moved, found)
         state = replace(
             self.state,
             hypotheses=centred,
@@ -355,11 +365,9 @@ class Bank:
             band_width=self._widened(ca.sqrt(newest), fits, m.use),
             entered=all_of(self.state.entered, negated(self._if_used(m.use, how.restarts, flag(False)))),
             by_obstacle=self._if_used(m.use, how.by_obstacle, self.state.by_obstacle),
-            extent=ca.if_else(
-                lost_way, 0.0, ca.if_else(m.use, ca.fmax(self.state.extent, below + above), self.state.extent)
-            ),
-            below=below,
-            above=above,
+            below=way.below,
+            above=way.above,
+            extent=way.extent,
             lost_below=ca.if_else(lost, 0.0, self.state.lost_below),
             lost_above=ca.if_else(lost, 0.0, self.state.lost_above),
             room=ca.if_else(lost, 1.0, self.state.room),
@@ -374,8 +382,23 @@ class Bank:
         stages = (self.hypotheses, [one.hypothesis for one in each])
         return bank, Measured(accepted, all_of(m.use, negated(accepted)), moved, stages)
 
+    def _way_after(self, m: Measurement, moved: Scalar, found: Flag) -> _Way:
+        """The way after a measurement of the place, which moved the nominal position, or has found it again.
+
+        What is corrected may be an error of the way: the piston has surely been that much less far away. Where the
+        position was unknown, the way begins there.
+        """
+        state, corrects = self.state, ca.if_else(m.use, moved, 0.0)
+        variance = of_likeliest(self.hypotheses, [h.position_variance for h in self.hypotheses])
+        begins = any_of(found, all_of(m.use, variance > (0.5 * self._unknown) ** 2))
+        below = ca.if_else(begins, 0.0, ca.fmax(state.below - ca.fmax(-corrects, 0.0), 0.0))
+        above = ca.if_else(begins, 0.0, ca.fmax(state.above - ca.fmax(corrects, 0.0), 0.0))
+        # A place that is measured has weighed the hypotheses by its likelihood.
+        seen = ca.if_else(m.use, ca.fmax(state.extent, below + above), state.extent)
+        return _Way(below, above, ca.if_else(begins, 0.0, seen))
+
     @property
-    def _start_variance(self) -> float:
+    def _start_variance(self) -> Real:
         """Variance of a start that was entered by the chance that it is wrong [m2].
 
         Until something tells which of both it is, what the first measurement corrects is the start's as well.

@@ -12,7 +12,7 @@ from ramsight.expression import Flag, Real, Scalar, all_of, count, holds, scalar
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.belief.hypothesis import Hypothesis
 from ramsight.sensor.belief.reach import Reach
-from ramsight.sensor.normal_tail import two_sided_quantile, upper_quantile, upper_tail
+from ramsight.sensor.normal_tail import two_sided_quantile, upper_quantile
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.thresholds import LOG_WEIGHT_LEAST, OTHERWISE, OUTSIDE, RISK, STD_LEAST
 

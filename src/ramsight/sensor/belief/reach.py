@@ -20,7 +20,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.belief.hypothesis import Hypothesis
 from ramsight.sensor.normal_tail import upper_tail
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.thresholds import PROBABILITY_LEAST, VARIANCE_LEAST
+from ramsight.sensor.thresholds import OUTSIDE, VARIANCE_LEAST
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,15 @@ class Reach:
         return Reach(self.lowest - lower, self.highest + higher, self.std)
 
     def share(self, h: Hypothesis) -> Scalar:
-        """Probability that the piston is within it under a hypothesis."""
+        """Probability that the piston is within it under a hypothesis, and that the cylinder is as long as the way.
+
+        One in twenty at least, for ways are wrong as well.
+        """
         std, mean = ca.sqrt(h.position_variance + VARIANCE_LEAST), h.mean[Quantity.POSITION]
         low, high = self.lowest - self.std - mean, self.highest + self.std - mean
         outside = upper_tail(-low / std) + upper_tail(high / std)
         fits = upper_tail((self.lowest - self.highest) / self.std)
-        return fits * ca.fmax(1.0 - outside, PROBABILITY_LEAST)
+        return ca.fmax(fits * (1.0 - outside), OUTSIDE)
 
     def beyond(self, h: Hypothesis, std: Scalar, limit: Scalar) -> Scalar:
         """Probability that the piston is further than a limit from the nominal position under a hypothesis.
@@ -85,7 +88,7 @@ class Reach:
         further = (ca.fmax(limit, edge) - mean) / std
         soft = self.std / std * _density(further) * (_density(off) - ca.fabs(off) * upper_tail(ca.fabs(off)))
         left = ca.fmax(plain - upper_tail((edge - mean) / std), 0.0) + ca.fmax(soft, 0.0)
-        return ca.fmin(plain, left / share)
+        return ca.fmin(left / share, 1.0)
 
 
 def _density(z: Scalar) -> Scalar:
