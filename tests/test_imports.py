@@ -66,7 +66,7 @@ PIPE = [
     {"checks"},
     {"contacts"},
     {"belief"},
-    {"virtual_sensor"},
+    {"pickled", "virtual_sensor"},
     {"report"},
     {"balance", "dead_reckoning", "kalman", "kept_sensor", "persistence", "reckoned", "redundancy", "table"},
 ]

@@ -131,6 +131,27 @@ def test_a_good_sample_passes_as_it_is():
     assert (after.time, after.clock, after.started, found.drift, found.unseen) == (10.02, 10.02, 1.0, 0.0, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("behind", "clock", "time", "after", "usable"),
+    [
+        (0.0, 10.0, 9.5, 0.0, False),  # the clock has gone back: a late sample, for all that is known
+        (0.0, 9.5, 9.52, 1.0, False),  # a second one in its order
+        (1.0, 9.52, 9.54, 0.0, True),  # a third: the clock was set, and time goes on from there
+        (1.0, 9.52, 9.51, 0.0, False),  # not in order: a bus that swaps
+        (1.0, 9.99, 10.01, 0.0, True),  # caught up
+    ],
+)
+def test_late_samples_in_their_order_are_those_of_a_clock_that_was_set_back(behind, clock, time, after, usable):
+    new, passed, found = checked(before(behind=behind, clock=clock), raw(time=time))
+    assert (new.behind, bool(found.usable)) == (after, usable)
+    if usable and time < 10.0:
+        assert (passed.elapsed, new.time) == (0.0, time)
+        assert found.drift == pytest.approx(1e-4 * (0.5 * 200.0 + 0.02 * 300.0) * 0.5), "half a second unseen"
+    if time > 10.0:
+        assert found.drift == pytest.approx(1e-4 * 0.5 * 200.0 * 2.0 * 0.02), "two samples unseen"
+    assert bool(found.gap) == usable
+
+
 def test_the_first_sample_takes_no_time_and_is_known_at_once():
     _, first, found = checked(IntakeState.initial((), ()), raw(time=0.0, temperature=280.0))
     assert true_of(found) == {"usable"}

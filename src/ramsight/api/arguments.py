@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ramsight.api.columns import in_si
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import AnyMap, known_map
@@ -65,7 +66,7 @@ def whole_argument(value: Any, name: str, least: int, most: int) -> int:
 
 
 def checked(passed: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.Dataset:
-    """A Dataset that has what is needed of it.
+    """A Dataset that has what is needed of it, as numbers in SI.
 
     Args:
         passed: an argument.
@@ -73,7 +74,8 @@ def checked(passed: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.
         needed: names of variables; by default those of a drive log.
 
     Raises:
-        DescriptionError: it is none, or a variable does not run over time alone.
+        DescriptionError: it is none, a variable does not run over time alone, or has a unit of something else.
+        LogError: a variable holds what is no number.
         MissingColumnError: a variable is absent.
     """
     with needing("datasets"):
@@ -90,7 +92,7 @@ def checked(passed: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.
             raise DescriptionError(
                 "does not run over time alone", key=f"{name}: {one}", value=passed[one].dims, allowed="time"
             )
-    return passed
+    return in_si(passed, name, needed)
 
 
 def truth_argument(truth: Any) -> str | Path | xarray.Dataset | None:

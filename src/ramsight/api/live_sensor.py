@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import fields
 from numbers import Real
+from typing import TYPE_CHECKING
 
+from ramsight.api.arguments import checked
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 from ramsight.units import name_of, parse
+
+if TYPE_CHECKING:
+    import xarray
 
 Quantity = float | str
 _INPUTS = (("time", "s"), ("motor_speed", "rad/s"), ("motor_torque", "N m"), ("oil_temperature", "K"))
@@ -85,6 +92,25 @@ class Sensor(VirtualSensor):
         known = None if reference is None else _read(reference, "m", "reference")
         return super().step(at, speed, torque, oil, known, **others)
 
+    def track(self, log: xarray.Dataset, *, advance: Callable[[int], object] | None = None) -> xarray.Dataset:
+        """Go through a drive log, from the position passed to `start`.
+
+        Args:
+            log: Dataset over `time` with motor_speed, motor_torque and oil_temperature, with the commands that the
+                circuit takes, and perhaps reference, NaN where no position is known; in SI, or in what the ``units`` of
+                a variable say.
+            advance: called now and then with the number of samples done since the last call.
+
+        Returns:
+            A Dataset over the same `time` with position, position_std, velocity, load, status, and whatever else
+            this sensor knows, each with `units`.
+
+        Raises:
+            DescriptionError: it is no Dataset, or a variable has a unit of something else.
+            LogError: a variable is absent, or holds what is no number.
+        """
+        return super().track(checked(log, "log"), advance=advance)
+
 
 def _read(value: Quantity, unit: str, name: str) -> float:
     """An input in SI; what a drive reports may be no finite number, which the sensor judges."""
@@ -95,4 +121,7 @@ def _read(value: Quantity, unit: str, name: str) -> float:
             raise DescriptionError(error.message, key=name, value=value) from None
     if isinstance(value, bool) or not isinstance(value, Real):
         raise DescriptionError(f"expected {name_of(unit)}, or a number in {unit}", key=name, value=value)
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:  # a whole number of more than 308 digits
+        return math.inf if value > 0 else -math.inf

@@ -34,6 +34,9 @@ SHORTEST_PERIOD = Constant(8e-3, "s", "chamber pressures settle in about 10 ms; 
 SHORTEST_STEP = Constant(1e-3, "s", "time step solved where no time passed; its result is not used")
 BRIDGED_GAP = Constant(0.5, "s", "within it a motor can start and stop; a longer gap cannot be integrated")
 CLOCK_RESET = Constant(1.0, "s", "a bus reorders by less; a clock that steps back by more was set")
+LATE_IN_ORDER = Constant(
+    1.5, "1", "late samples in a row in their order: a bus swaps two, a clock that was set brings all"
+)
 LONGEST_GAP = Constant(3600.0, "s", "the motor drives any cylinder through its stroke within an hour")
 UNSEEN_SPEED_SHARE = Constant(
     0.02,

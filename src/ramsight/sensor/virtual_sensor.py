@@ -18,6 +18,7 @@ from ramsight.expression import Real, Scalar
 from ramsight.logs.channels import is_command
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.inputs.sample import INPUTS, REPORTED, Raw
+from ramsight.sensor.pickled import put_together, taken_apart
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import NUMBER_LIMIT, START_SLACK, START_STD
 from ramsight.signals import Samples, Signal, Signals
@@ -230,6 +231,20 @@ class VirtualSensor:
     def __post_init__(self) -> None:
         self._state = self.initial.copy()
         self._says = np.full(len(self.recursion.outputs), math.nan)
+
+    def __copy__(self) -> VirtualSensor:
+        """A sensor of its own that goes on from what this one knows."""
+        other = type(self)(**{one.name: getattr(self, one.name) for one in fields(self) if one.init})
+        other._state, other._says = self._state.copy(), self._says.copy()
+        return other
+
+    def __deepcopy__(self, memo: object) -> VirtualSensor:
+        """The same: a step never changes."""
+        return self.__copy__()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For other processes, as `multiprocessing` and Dask need it."""
+        return put_together, (type(self), taken_apart(self))
 
     @property
     def learned(self) -> tuple[str, ...]:

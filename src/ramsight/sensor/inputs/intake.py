@@ -36,6 +36,7 @@ from ramsight.sensor.thresholds import (
     GAP_PERIOD,
     HABIT_GAIN,
     HABIT_LEAST,
+    LATE_IN_ORDER,
     LONGEST_GAP,
     MOTOR_TURNS,
     NUMBER_LIMIT,
@@ -106,6 +107,7 @@ class IntakeState:
         counter: of the shaft, where it is declared.
         clock: time of the last sample of all [s].
         clocked: whether there was one.
+        behind: samples in a row, in their order, that came before the last one that counted.
     """
 
     started: Flag = leaf("1")
@@ -117,6 +119,7 @@ class IntakeState:
     counter: CounterState | None = None
     clock: Scalar = leaf("s", always=True, exact="time")
     clocked: Flag = leaf("1", always=True)
+    behind: Scalar = leaf("1", always=True)
 
     @classmethod
     def initial(cls, commands: Sequence[str], measured: Sequence[str]) -> IntakeState:
@@ -176,6 +179,7 @@ class _Clock:
         forward: whether it advances, or this is the first sample.
         jump: whether the gap is too long to be integrated over.
         counted: whether the time since the last sample counts.
+        behind: samples in a row, in their order, that came before the last one that counted.
     """
 
     number: Flag
@@ -184,6 +188,7 @@ class _Clock:
     forward: Flag
     jump: Flag
     counted: Flag
+    behind: Scalar
 
 
 def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[IntakeState, Sample, Intake]:
@@ -227,12 +232,14 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
         counter=_counted(state.counter, raw),
         clock=ca.if_else(clock.number, raw.time, state.clock),
         clocked=any_of(state.clocked, clock.number),
+        behind=clock.behind,
     )
     # A sample that follows the last one too closely adds nothing.
     too_close = all_of(all_of(clock.counted, clock.raw < SHORTEST_PERIOD), negated(raw.referenced))
     blind_velocity = BLIND_PRESSURE_SHARE * model.leak_velocity
     blind = ca.if_else(any_of(stuck, negated(torque_ok)), blind_velocity * elapsed, 0.0)
-    drift, unseen = _unseen_angles(state, speed, elapsed, clock, model)
+    caught_up = all_of(clock.forward, state.behind > 0.0)
+    drift, unseen = _unseen_angles(state, speed, elapsed, clock, passed, model)
     found = Intake(
         usable=usable,
         passed_over=any_of(negated(usable), too_close),
@@ -242,7 +249,7 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
         overtorque=negated(torque_ok),
         stuck=stuck,
         frozen=all_of(state.started, any_of(clock.raw <= 0.0, stands)),
-        gap=all_of(state.started, any_of(clock.raw > GAP_PERIOD, clock.back)),
+        gap=all_of(state.started, any_of(clock.raw > GAP_PERIOD, clock.back, caught_up)),
         temperature_bad=negated(temperature_ok),
         passed=passed,
         drift=ca.if_else(usable, model.travel_per_radian * drift + blind, 0.0),
@@ -260,11 +267,14 @@ def _clock(state: IntakeState, raw: Raw) -> _Clock:
     """The sample's time against that of the last one that counted."""
     number = _inside(raw.time, NUMBER_LIMIT)
     since = ca.if_else(number, raw.time - state.time, 0.0)
-    back = all_of(state.started, since < -CLOCK_RESET)
+    # A bus may bring a sample late; more of them in their order are those of a clock that was set.
+    late = all_of(all_of(state.started, number), all_of(since <= 0.0, raw.time > state.clock))
+    behind = ca.if_else(late, state.behind + 1.0, 0.0)
+    back = all_of(state.started, any_of(since < -CLOCK_RESET, behind > LATE_IN_ORDER))
     forward = any_of(negated(state.started), since > 0.0)
     jump = any_of(since > BRIDGED_GAP, back)
     counted = all_of(state.started, negated(any_of(jump, since <= 0.0)))
-    return _Clock(number, since, back, forward, jump, counted)
+    return _Clock(number, since, back, forward, jump, counted, ca.if_else(back, 0.0, behind))
 
 
 def _ticks(state: IntakeState, raw: Raw, now: _Clock) -> tuple[Scalar, Flag]:
@@ -349,7 +359,7 @@ def _temperature(state: TemperatureState, raw: Raw, elapsed: Scalar) -> tuple[Te
 
 
 def _unseen_angles(
-    state: IntakeState, speed: Scalar, elapsed: Scalar, clock: _Clock, model: MachineModel
+    state: IntakeState, speed: Scalar, elapsed: Scalar, clock: _Clock, passed: Scalar, model: MachineModel
 ) -> tuple[Scalar, Scalar]:
     """Angles that the shaft may have turned unseen [rad]: in a gap before the sample; since the last that counted."""
     speeds = ca.fabs(state.motor_speed) + ca.fabs(speed)
@@ -357,5 +367,7 @@ def _unseen_angles(
     gap_for = ca.if_else(state.started, ca.if_else(clock.back, scalar(BRIDGED_GAP), clock.raw), 0.0)
     not_counted = ca.if_else(clock.jump, (0.5 * speeds + nudge) * ca.fmin(gap_for, LONGEST_GAP), 0.0)
     bridged = (BRIDGE_ERROR_SHARE * speeds + nudge) * ca.fmax(elapsed - USUAL_PERIOD, 0.0)
+    # A clock that has caught up with what it was set back by: that long the shaft turned unseen.
+    caught_up = ca.if_else(all_of(clock.forward, state.behind > 0.0), 0.5 * speeds * (state.behind + 1.0) * passed, 0.0)
     unseen = (ca.fabs(state.motor_speed) + nudge) * ca.fmax(clock.raw, 0.0)
-    return not_counted + bridged, unseen
+    return not_counted + bridged + caught_up, unseen
