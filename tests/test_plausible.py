@@ -5,16 +5,19 @@ import subprocess
 import sys
 import warnings
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from ramsight.api.abilities import abilities
 from ramsight.errors import LogWarning
 from ramsight.logs import open_log, read_log, write_log
 from ramsight.logs.mapped import standard_map
 from ramsight.machine import load_machine
+from ramsight.plant.build import build
 from ramsight.plant.ddh import build_ddh
-from ramsight.tracking.plausible import reportable
+from ramsight.tracking.plausible import _signs, reportable
 from ramsight.tracking.watched import watched
 
 RPM = np.pi / 30.0
@@ -141,6 +144,21 @@ def test_limits_are_those_of_the_machine(units):
     assert limits.max_speed == pytest.approx(4000 * RPM)
     assert 72.0 < limits.torque < 100.0
     assert (limits.load_sign, reportable(units["bucket"]).load_sign) == (1.0, -1.0)
+
+
+def test_of_a_load_that_only_resists_no_sign_of_the_torque_is_asked():
+    press = build(load_machine("eha-valve-rig").unit("axis"), "axis")
+    limits = reportable(press)
+    assert limits.load_sign == 0.0
+    pushed = dict.fromkeys((1, -1), -50.0 * limits.torque)
+    seen = SimpleNamespace(seconds={1: 100.0, -1: 100.0}, torque_seconds=pushed)
+    assert _signs(seen, limits) == ""
+    assert "reversed" in _signs(seen, replace(limits, load_sign=1.0))
+
+
+def test_what_a_machine_can_have_says_that_such_a_load_shows_no_end():
+    sensors, *_ = abilities("eha-valve-rig")
+    assert "need a start or a switch" in sensors.how
 
 
 def test_track_says_it_and_over_how_many_samples_the_error_is(trace, tmp_path):

@@ -50,7 +50,7 @@ class Limits:
         max_speed: highest motor speed [rad/s].
         torque: of the motor at relief pressure on the side that asks for more [N m].
         oil: lowest and highest temperature for which the oil is described [K].
-        load_sign: 1 if the load asks for positive torque, -1 if for negative.
+        load_sign: 1 if the load asks for positive torque, -1 if for negative, 0 if it only resists.
         stroke: of the cylinder [m].
         travel: of the rod per motor angle, without leakage [m/rad].
         longest: move over the stroke that may be: of a free one, or of one that ends against a stop [1].
@@ -83,7 +83,7 @@ def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:
         unit.max_speed,
         torques.side_torque,
         unit.oil.temperatures,
-        unit.lift_sign,
+        0.0 if unit.cylinder.passive else unit.lift_sign,
         unit.cylinder.stroke,
         abs(unit.travel_per_radian),
         _FARTHEST if against_stops else _OVERTRAVEL,
