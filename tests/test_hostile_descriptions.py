@@ -1,6 +1,7 @@
 """Descriptions that somebody else may have written: whatever they hold, one clear line, soon, in little memory."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -73,6 +74,29 @@ atexit.register(lambda: print(re.search(r"VmHWM:\\s*([0-9]+) kB", Path("/proc/se
 sys.argv = ["ramsight", "check", sys.argv[1]]
 runpy.run_module("ramsight", run_name="__main__")
 """
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (r'title = "x\u001b[31m"', r"\u001b"),
+        (r'title = "\u0000"', r"\u0000"),
+        (r'title = "\U0000001B"', r"\U0000001B"),
+        (r'"key\u0007" = 1', r"\u0007"),
+        (r'title = "\u009b"', r"\u009b"),
+        (r'title = "a\rb"', r"\r"),
+        ('title = """\n\\u007f"""', r"\u007f"),
+    ],
+)
+def test_a_text_that_commands_a_terminal_is_refused(text, said):
+    with pytest.raises(TomlError, match=re.escape(f"control character {said}")) as refused:
+        bounded_toml.loads("a = 1\n" + text)
+    assert refused.value.line == (3 if '"""' in text else 2)
+
+
+@pytest.mark.parametrize("text", [r'a = "one\ntwo\t"', r'a = "\\u001b"', "a = '\\u001b'", r'a = "\u00b2"', r'a = "\""'])
+def test_a_text_with_lines_or_a_backslash_is_none(text):
+    assert bounded_toml.loads(text)["a"]
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="only Linux says the peak so")

@@ -1,6 +1,8 @@
 """Logs that mislead: files as people's tools write them, which were read wrongly and without a word."""
 
 import json
+import subprocess
+import sys
 import warnings
 
 import numpy as np
@@ -741,3 +743,16 @@ def test_strict_makes_a_warning_an_error(tmp_path, strict, code, wrong):
     assert bool(said) >= wrong
     assert ("--strict takes a warning" in done.output) is (strict and bool(said))
     assert out.exists()
+
+
+def test_names_of_channels_command_no_terminal(tmp_path):
+    rows = "\n".join(f"{0.02 * k:.2f},{100 + k % 3},{5 + k % 7},40" for k in range(50))
+    (tmp_path / "log.csv").write_text("time_s,n\x1b[31m,motor_torque_Nm,T\x07\n" + rows + "\n", encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "ramsight", "logs", "inspect", str(tmp_path / "log.csv")],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert r"n\x1b[31m" in done.stdout
+    assert not [c for c in done.stdout + done.stderr if not c.isprintable() and c != "\n"]

@@ -30,6 +30,7 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE | re.DOTALL,
 )
+_ESCAPE = re.compile(r"\\(?:([bfre])|[xuU]([0-9A-Fa-f]{2,8})|.)", re.DOTALL)
 _WORD = re.compile(rf"\S{{{LONGEST_WORD + 1}}}")
 
 
@@ -85,6 +86,8 @@ def _look_through(text: str) -> None:
             dots, count = 0, count + 1
         elif token == ".":
             dots, count = dots + 1, count + 1  # each part of a key is a table
+        elif token[0] == '"':
+            _refuse_controls(text, token, place - len(token))
         elif token[0] not in "\"'#":
             if "\n" in token:
                 dots = 0
@@ -94,6 +97,14 @@ def _look_through(text: str) -> None:
             raise TomlError(f"nested too deeply (allowed: {DEEPEST} levels)", _line(text, place))
         if count > MOST:
             raise TomlError(f"too many values and tables (allowed: {MOST})", _line(text, place))
+
+
+def _refuse_controls(text: str, token: str, begins: int) -> None:
+    """Refuse what a terminal or an XML file takes for a command: control characters but the end of a line and a tab."""
+    for one in _ESCAPE.finditer(token):
+        code = int(one[2], 16) if one[2] else None
+        if one[1] or (code is not None and code not in (9, 10) and (code < 0x20 or 0x7F <= code < 0xA0)):
+            raise TomlError(f"a text holds the control character {one[0]}", _line(text, begins + one.start()))
 
 
 def _line(text: str, place: int) -> int:

@@ -25,6 +25,16 @@ def short(text: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - half - 1]}…{text[-half:]}"
 
 
+def one_line(text: object) -> str:
+    r"""A text with its control characters escaped: nothing that a terminal or an XML file takes for a command.
+
+    Example:
+        >>> one_line("a\nb \x1b[31m")
+        'a\\nb \\x1b[31m'
+    """
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
+
+
 def plain(text: str | None) -> str:
     r"""A name that a message can repeat: on one line, cut in the middle if it is long.
 
@@ -32,7 +42,7 @@ def plain(text: str | None) -> str:
         >>> plain("a\nb")
         'a\\nb'
     """
-    return short("".join(c if c.isprintable() else ascii(c)[1:-1] for c in text or ""))
+    return short(one_line(text or ""))
 
 
 class RamsightError(Exception):

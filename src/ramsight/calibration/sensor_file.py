@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight import bounded_toml
-from ramsight.errors import RamsightError
+from ramsight.errors import RamsightError, one_line
 from ramsight.output import atomic_path
 from ramsight.sensor.table import MovementTable
 
@@ -80,7 +80,7 @@ def load(path: str | Path) -> MovementTable:
         ...     load(Path(folder) / "boom.sensor").motor_speed
         157.0
     """
-    shown = _shown(path)
+    shown = one_line(path)
     try:
         with zipfile.ZipFile(path) as packed:
             if sum(member.file_size for member in packed.infolist()) > _LARGEST:
@@ -170,7 +170,3 @@ def _array(movement: MovementTable, name: str) -> NDArray[np.float64]:
 
 def _number(movement: MovementTable, name: str) -> float:
     return float(getattr(movement, name))
-
-
-def _shown(path: str | Path) -> str:
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(path))

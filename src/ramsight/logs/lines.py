@@ -6,7 +6,7 @@ import codecs
 from collections.abc import Iterator
 from pathlib import Path
 
-from ramsight.errors import LogError, short, warn_of_log
+from ramsight.errors import LogError, one_line, short, warn_of_log
 from ramsight.logs.next_step import inspect_command
 from ramsight.logs.packed import Advance, Unpacked, check_file, file_name
 
@@ -31,7 +31,7 @@ def printable(text: object) -> str:
     shown = str(text)
     if len(shown) > _SHOWN:
         shown = shown[:_SHOWN] + "…"
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in shown)
+    return one_line(shown)
 
 
 def first_line(error: BaseException) -> str:
@@ -42,7 +42,7 @@ def first_line(error: BaseException) -> str:
         'cannot be'
     """
     text = str(error).strip().splitlines()
-    said = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in (text[0] if text else ""))
+    said = one_line(text[0] if text else "")
     return short(said) or type(error).__name__
 
 

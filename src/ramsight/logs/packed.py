@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO
 
-from ramsight.errors import LogError
+from ramsight.errors import LogError, one_line
 
 Advance = Callable[[float], object]
 """Called with the share of a file that was read since the last call; the shares add up to 1."""
@@ -19,7 +19,7 @@ _GZIP = 31  # zlib's window size for a gzip header and trailer
 
 def file_name(path: str | Path) -> str:
     """A path as messages name it: whole, and on one line."""
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(path))
+    return one_line(path)
 
 
 def check_file(path: str | Path) -> None:

@@ -8,6 +8,7 @@ from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from ramsight.errors import plain
 from ramsight.logs.inspect import Channel, Inspection
 
 _WIDE = 140  # columns where the output goes into a file or a pipe
@@ -31,7 +32,9 @@ def inspection_table(found: Inspection) -> RenderableType:
     elif found.clock is not None:
         spans = [one for one in found.channels if one.samples]
         first, last = min((one.first for one in spans), default=0.0), max((one.last for one in spans), default=0.0)
-        parts.append(Text(f"clock: {found.clock[0]} [{found.clock[1]}], from {first:.9g} s to {last:.9g} s"))
+        parts.append(
+            Text(f"clock: {plain(found.clock[0])} [{plain(found.clock[1])}], from {first:.9g} s to {last:.9g} s")
+        )
     if found.channels:
         table = _empty("channel", "unit", "samples", "missing", "rate", "least", "most", "use")
         shown = found.channels
@@ -42,7 +45,7 @@ def inspection_table(found: Inspection) -> RenderableType:
         parts.append(table)
         if len(found.channels) > len(shown):
             parts.append(Text(f"and {len(found.channels) - len(shown)} more"))
-        parts += [Text(f"{one.name}: {one.note}") for one in shown if not one.samples and ":" in one.note]
+        parts += [Text(f"{plain(one.name)}: {plain(one.note)}") for one in shown if not one.samples and ":" in one.note]
     if found.frames and not found.channels:
         table = _empty("frame", "", "count", "bytes")
         for key, (count, length) in found.frames.items():
@@ -64,5 +67,14 @@ def _cells(one: Channel) -> list[Text]:
     rate = f"{one.rate:.4g} Hz" if math.isfinite(one.rate) else "-"
     numbers = [f"{value:.6g}" if math.isfinite(value) else "-" for value in (one.least, one.most)]
     use = one.role or one.note.partition(":")[0]
-    cells = [one.name, one.unit, str(one.samples), str(one.missing) if one.missing else "", rate, *numbers, use]
+    cells = [
+        plain(one.name),
+        plain(one.unit),
+        str(one.samples),
+        str(one.missing) if one.missing else "",
+        rate,
+        *numbers,
+        use,
+    ]
+    cells[-1] = plain(cells[-1])
     return [Text(cell, style="bold" if one.role else "") for cell in cells]

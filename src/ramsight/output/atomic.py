@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ramsight.errors import OutputError
+from ramsight.errors import OutputError, one_line
 from ramsight.optional import check_extra
 from ramsight.output.drafts import draft_of, sweep
 from ramsight.output.flush import flush_folder
@@ -100,11 +100,6 @@ def check_figure(path: Path | None) -> None:
     check_target(path, FIGURE_FILES)
     if path is not None:
         check_extra("figures")
-
-
-def one_line(text: object) -> str:
-    """A text on one line, whatever stands in it."""
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
 
 
 def suffix_of(path: str | Path, known: Sequence[str]) -> str:

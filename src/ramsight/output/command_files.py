@@ -6,8 +6,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from ramsight.errors import OutputError
-from ramsight.output.atomic import one_line
+from ramsight.errors import OutputError, one_line
 
 _STATE = b"ramsight state"
 _LARGEST_STATE = 1 << 16

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ramsight.errors import OutputError
-from ramsight.output.atomic import atomic_path, one_line, suffix_of
+from ramsight.errors import OutputError, one_line
+from ramsight.output.atomic import atomic_path, suffix_of
 from ramsight.output.cells import Coded
 from ramsight.output.table_file import TABLE_FILES, TABLES, open_table, write_table
 from ramsight.output.table_writer import TableWriter

@@ -8,8 +8,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from ramsight.errors import OutputError
-from ramsight.output.atomic import one_line
+from ramsight.errors import OutputError, one_line
 
 _ATTEMPTS = 100  # to lock a file that others remove meanwhile
 _LOCKS = Path("/proc/locks")

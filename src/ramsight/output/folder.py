@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ramsight.errors import OutputError
-from ramsight.output.atomic import one_line
+from ramsight.errors import OutputError, one_line
 from ramsight.output.drafts import draft_of, sweep
 
 

@@ -10,7 +10,8 @@ from typing import IO
 
 from numpy.typing import ArrayLike
 
-from ramsight.output.atomic import atomic_path, one_line, suffix_of
+from ramsight.errors import one_line
+from ramsight.output.atomic import atomic_path, suffix_of
 from ramsight.output.cells import Coded, Column, quoted, rows_text
 from ramsight.output.table_writer import TableWriter, installed, part
 

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ramsight.errors import OutputError
+from ramsight.errors import OutputError, one_line
 from ramsight.optional import imported
-from ramsight.output.atomic import one_line
 from ramsight.output.cells import Coded, Column
 
 

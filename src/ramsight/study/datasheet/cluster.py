@@ -16,8 +16,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ramsight.errors import RamsightError
-from ramsight.output.atomic import one_line
+from ramsight.errors import RamsightError, one_line
 from ramsight.study.datasheet.machine_tasks import Order, bench_of, work_through
 from ramsight.study.datasheet.needs import needs
 from ramsight.study.datasheet.store import Layout, Store, write_apart

@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import OutputError, RamsightError
+from ramsight.errors import OutputError, RamsightError, one_line
 from ramsight.optional import needing
-from ramsight.output.atomic import one_line
 from ramsight.study.datasheet.measuring import AGE, AGES, COUNTS, EDGES, GROUPS, PLACES, SHAPES, UNITS
 from ramsight.study.datasheet.needs import needs
 
