@@ -199,5 +199,5 @@ def test_stops_and_starts_tell_a_wrong_start_from_a_machine_that_leaks_more():
     after, later = (float(track.unknown_position_probability.values[k]) for k in (left, -1))
     assert track.described_probability.values[left] > 0.5
     assert track.leak_factor.values[left] > 1.15, "the first contact is explained by leakage"
-    assert later > 4.0 * after
+    assert later > 2.0 * after
     assert not (track.status.values[: int(np.argmax(held))] == 0).any()

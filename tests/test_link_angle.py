@@ -81,7 +81,7 @@ def test_an_angle_holds_the_position_of_a_worn_machine_that_meets_no_stop(leaky,
     free, held = alone.track(log), sensor.track(log)
     assert within(free, leaky)[:15_000].max() > 10e-3
     found = judge(held, log["motor_speed"].values, leaky["position"].values, BOOM.cylinder.stroke, after=0)
-    assert found.p95 < 2e-3
+    assert found.p95 < 3e-3
     assert found.coverage > 0.9
     assert found.wrong_and_ok < 0.005
     assert found.ok > 0.9

@@ -92,8 +92,8 @@ def test_the_first_contact_after_an_entered_start_corrects_the_start_as_well():
     """By the variance of a start that is wrong by a tenth of the stroke once in a hundred; later ones do not."""
     stops, machine = Assumptions().stops, Assumptions().machine
     taught = []
-    for met in (0.0, 1.0):
-        begun = bank(entered=1.0, met_top=met)
+    for confirmed in (0.0, 1.0):
+        begun = bank(entered=1.0, confirmed=confirmed)
         tied = [h.with_covariance(h.covariance.predicted({Quantity.LEAKAGE: 0.05}, {})) for h in begun.hypotheses]
         after, _ = begun.with_hypotheses(tied).placed(contact(0.006, 1e-3), ca.SX(0.0), ca.SX(1.0))
         taught.append(value(after.hypotheses[0].mean[Quantity.LEAKAGE]) - 1.0)

@@ -340,10 +340,11 @@ class Bank:
             top: whether it is one at the extended end.
         """
         model = self.model
-        by_start = all_of(self.state.entered, self.state.met_low + self.state.met_top <= 0.0)
+        by_start = all_of(self.state.entered, negated(self.state.confirmed))
         m = replace(m, arrived=m.arrived + ca.if_else(by_start, self._start_variance, 0.0))
-        begun, lost_before = unknown_begun(self.hypotheses, m, self.state.entered, model)
-        each = [applied(h, m) for h in begun]
+        each = [applied(h, m) for h in self.hypotheses]
+        stages = (self.hypotheses, [one.hypothesis for one in each])
+        each, lost_before = unknown_begun(self.hypotheses, each, m, self.state.entered, model)
         hypotheses = bayes([one.hypothesis for one in each], tempered(each, self._counts(low, top)))
         fits = flag_of_likeliest(hypotheses, [one.fits for one in each])
         accepted = self._if_used(m.use, fits, flag(False))
@@ -364,6 +365,7 @@ class Bank:
             innovations=ca.if_else(m.use, innovations, before),
             band_width=self._widened(ca.sqrt(newest), fits, m.use),
             entered=all_of(self.state.entered, negated(self._if_used(m.use, how.restarts, flag(False)))),
+            confirmed=any_of(self.state.confirmed, accepted),
             by_obstacle=self._if_used(m.use, how.by_obstacle, self.state.by_obstacle),
             below=way.below,
             above=way.above,
@@ -379,7 +381,6 @@ class Bank:
         together = self.together.reweighed(centred, m.use, renewed)
         together = replace(together, wrong=self._assumed(state, self.model))
         bank = replace(self, state=state, together=together, position=self.position + moved)
-        stages = (self.hypotheses, [one.hypothesis for one in each])
         return bank, Measured(accepted, all_of(m.use, negated(accepted)), moved, stages)
 
     def _way_after(self, m: Measurement, moved: Scalar, found: Flag) -> _Way:

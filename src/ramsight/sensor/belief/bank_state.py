@@ -30,6 +30,7 @@ class BankState:
         innovations: mean square of normalised innovations, less 1.
         band_width: of the band over what the filters say, by references.
         entered: whether *unknown position* is that an entered start was wrong.
+        confirmed: whether a place has been measured since the start.
         by_obstacle: whether *wrong* is that the last contact, taken for an end, was with an obstacle.
         below, above: how far below and above where it is now the piston has been [m].
         extent: way between its lowest and its highest place that the hypotheses are weighed by [m].
@@ -44,6 +45,7 @@ class BankState:
     innovations: Scalar = leaf("1")
     band_width: Scalar = leaf("1", 1.0)
     entered: Flag = leaf("1")
+    confirmed: Flag = leaf("1")
     by_obstacle: Flag = leaf("1")
     below: Scalar = leaf("m")
     above: Scalar = leaf("m")

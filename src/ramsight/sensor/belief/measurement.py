@@ -18,8 +18,8 @@ from functools import reduce
 
 import casadi as ca
 
-from ramsight.expression import Condition, Flag, Real, Scalar, all_of, scalar
-from ramsight.sensor.belief.hypothesis import Hypothesis
+from ramsight.expression import Condition, Flag, Real, Scalar, all_of, count, holds, scalar
+from ramsight.sensor.belief.hypothesis import Hypothesis, choose
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.thresholds import EVENT_SHARE_LEAST
@@ -101,6 +101,9 @@ class Applied:
     otherwise: Scalar
 
 
+_NUMBERS = ("normal", "likelihood", "evidence", "variance", "otherwise")
+
+
 def log_density(squared: Scalar, variance: Real) -> Scalar:
     """Logarithm of a normal density, by the square of the innovation.
 
@@ -135,6 +138,15 @@ def applied(h: Hypothesis, m: Measurement) -> Applied:
         evidence=m.power * ca.fmax(likelihood, other),
         variance=total,
         otherwise=other,
+    )
+
+
+def either(condition: Flag, then: Applied, otherwise: Applied) -> Applied:
+    """One of two."""
+    return Applied(
+        hypothesis=choose(condition, then.hypothesis, otherwise.hypothesis),
+        fits=holds(ca.if_else(condition, count(then.fits), count(otherwise.fits))),
+        **{name: ca.if_else(condition, getattr(then, name), getattr(otherwise, name)) for name in _NUMBERS},
     )
 
 

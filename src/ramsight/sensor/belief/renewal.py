@@ -21,7 +21,7 @@ import casadi as ca
 
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, negated, scalar
 from ramsight.sensor.belief.hypothesis import Hypothesis, choose
-from ramsight.sensor.belief.measurement import Applied, Measurement, log_density
+from ramsight.sensor.belief.measurement import Applied, Measurement, applied, either
 from ramsight.sensor.belief.mixture import leads
 from ramsight.sensor.kind import Kind
 from ramsight.sensor.machine_model import MachineModel
@@ -81,22 +81,25 @@ class Renewed:
 
 
 def unknown_begun(
-    hypotheses: Sequence[Hypothesis], m: Measurement, entered: Flag, model: MachineModel
-) -> tuple[list[Hypothesis], Flag]:
-    """With *wrong* begun again where that explains a measurement better than its own estimate, or an obstacle.
+    before: Sequence[Hypothesis], each: Sequence[Applied], m: Measurement, entered: Flag, model: MachineModel
+) -> tuple[list[Applied], Flag]:
+    """With *unknown position* begun again where that explains a measurement better than its own estimate, or an obstacle.
 
-    Since the last reference the position may have become wrong at any time. What *wrong* took for an end before that
-    may have been an obstacle; it does not keep the position from being found again.
+    Since the last reference the position may have become wrong at any time. What *unknown position* took for an end
+    before that may have been an obstacle; it does not keep the position from being found again.
+
+    Args:
+        before: the hypotheses before the measurement.
+        each: what each made of it.
+        m: the measurement.
+        entered: whether *unknown position* is that an entered start was wrong.
+        model: of the machine.
     """
-    first, wrong = hypotheses[0], hypotheses[-1]
-    unknown, own, stops = 0.5 * model.stroke, m.R + m.arrived, model.assumed.stops
-    missing = m.innovation_of(wrong)
-    variance = wrong.covariance.variance(m.H) + own
-    before = wrong.log_weight + ca.fmax(log_density(missing**2, variance), m.something_else(variance))
+    stops, own = model.assumed.stops, each[-1]
     prior = ca.if_else(entered, math.log(stops.entered), math.log(stops.wrong))
-    again = prior + log_density(m.innovation_of(first) ** 2, unknown**2 + own)
-    lost = again > before
-    return [*hypotheses[:-1], choose(lost, unknown_position(first, prior, model), wrong)], lost
+    again = applied(unknown_position(before[0], prior, model), m)
+    lost = prior + again.likelihood > before[-1].log_weight + ca.fmax(own.likelihood, own.otherwise)
+    return [*each[:-1], either(lost, again, own)], lost
 
 
 def unknown_position(of: Hypothesis, weight: Real, model: MachineModel) -> Hypothesis:
