@@ -11,6 +11,7 @@ from ramsight.duty import lift_lower as cycles_of
 from ramsight.duty.commissioning_duty import commissioning, leak_test_duty, usual_loads
 from ramsight.duty.duty_file import read_duty
 from ramsight.duty.lift_lower import RAMP, SPEED, START, above_lowered_end
+from ramsight.duty.loader_work import USES, loader_work
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.plant.build import AnyUnit, build
@@ -26,12 +27,15 @@ _LIFT_LOWER = {"load", "speed", "ramp", "hold", "start", "cycles", "visits"}
 _TAKES = {
     "lift-lower": _LIFT_LOWER,
     "work-day": {"load", "start", "duration", "seed"},
+    **{name: {"start", "duration", "seed"} for name in USES},
     "leak-test": {"load", "speed", "start"},
     "commissioning": {"load", "speed", "start"},
 }
 """The duties that have a name, and the arguments that each takes."""
 
 DUTIES = tuple(_TAKES)
+SEEDED = frozenset(name for name, takes in _TAKES.items() if "seed" in takes)
+"""The duties that are drawn at random."""
 _OF_A_FILE = {"start"}
 _LEAST_LOAD = 0.01  # of what the relief valve carries; a number of kN is no smaller
 
@@ -109,6 +113,7 @@ def duty_for(
 
     - ``lift-lower``: cycles as `lift_lower` makes them.
     - ``work-day``: moves and loads at random, a visit to an end stop every 45 s.
+    - ``loader-boom``, ``loader-bucket``: a wheel loader's work, with digging loads; the boom meets no end.
     - ``leak-test``: slow turning at two speeds against the closed valve; on the upper stop where the pump holds.
     - ``commissioning``: a leak test, three visits to the end stops, and each load lifted and lowered, fast and slowly.
     - a file: a CSV table with ``time_s``, ``motor_speed_rpm``, ``load_kn`` and perhaps ``oil_temperature_c``.
@@ -128,8 +133,8 @@ def duty_for(
         start: piston position at first [m]; by default near the lowered end.
         cycles: as `lift_lower`'s.
         visits: as `lift_lower`'s.
-        duration: time after which a work day begins no further move [s]; by default 6 min.
-        seed: of a work day; the same seed gives the same day.
+        duration: time after which a work day begins no further move, or loader work no cycle [s]; by default 6 min.
+        seed: of a work day or of loader work; the same seed gives the same.
 
     Returns:
         The duty: motor speed, load and oil temperature as profiles over time, all in SI.
@@ -160,10 +165,12 @@ def duty_for(
     built, kelvin, begin = reader.unit, reader.temperature(oil_temperature), reader.start(start)
     if str(kind) not in _TAKES:
         return read_duty(kind, built, kelvin, above_lowered_end(built, START) if begin is None else begin)
+    lasts = DAY if duration is None else reader.read(duration, "s", "duration", "1 s", "24 h")
+    number = 0 if seed is None else reader.count(seed, "seed", 0, 2**63)
+    if str(kind) in USES:
+        return loader_work(built, str(kind), kelvin, duration=lasts, start_position=begin, seed=number)
     loads = usual_loads(built) if load is None else reader.loads(load)
     if kind == "work-day":
-        lasts = DAY if duration is None else reader.read(duration, "s", "duration", "1 s", "24 h")
-        number = 0 if seed is None else reader.count(seed, "seed", 0, 2**63)
         range_ = (min(loads), max(loads))
         return work_day(built, range_, kelvin, duration=lasts, start_position=begin, seed=number)
     made = leak_test_duty if kind == "leak-test" else commissioning

@@ -15,7 +15,11 @@ def datasheet(
     out: Annotated[Path, typer.Option(help="Folder for the sheet and its runs; made if it is not there.")],
     unit: SensedUnit = None,
     duty: Annotated[
-        str, typer.Option(help="work-day, lift-lower, commissioning, or a table: time_s, motor_speed_rpm, load_kn.")
+        str,
+        typer.Option(
+            help="work-day, loader-boom, loader-bucket, lift-lower, commissioning, or a table: time_s, motor_speed_rpm, "
+            "load_kn."
+        ),
     ] = "work-day",
     machines: Annotated[
         int, typer.Option(min=1, help="How many machines are drawn; more extend a finished study.")

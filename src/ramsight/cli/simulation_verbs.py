@@ -29,7 +29,8 @@ def simulate(
     duty: Annotated[
         str,
         typer.Option(
-            help="lift-lower, work-day, leak-test, commissioning, or a table: time_s, motor_speed_rpm, load_kn."
+            help="lift-lower, work-day, loader-boom, loader-bucket, leak-test, commissioning, or a table: time_s, "
+            "motor_speed_rpm, load_kn."
         ),
     ] = "lift-lower",
     oil_temperature: Annotated[str, typer.Option(help="Oil temperature.")] = "40 degC",
@@ -81,12 +82,13 @@ def simulate(
     log: Annotated[Path | None, typer.Option(help="What a drive would log of it: .csv or .csv.gz.")] = None,
     truth: Annotated[Path | None, typer.Option(help="The true position over time: .csv or .csv.gz.")] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the log's noise, and of a work day.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the log's noise, and of a work day or loader work.")] = 0,
 ) -> None:
     """Simulate a unit at work, and what its drive would log: a rehearsal on one's own machine.
 
     lift-lower: the motor rests, lifts at constant speed, rests and lowers. work-day: moves and loads at random, and end
-    stops now and then. leak-test: slow turning for 'ramsight leak-test'. commissioning: leak test, end stops, and loads
+    stops now and then. loader-boom, loader-bucket: a wheel loader's work, with digging loads; the boom meets no end
+    stop. leak-test: slow turning for 'ramsight leak-test'. commissioning: leak test, end stops, and loads
     lifted and lowered, for 'ramsight identify'. The machine may differ from its data sheet (--leak 1.2), and its
     drive be off (--torque-gain 1.03): what --log writes goes to leak-test, identify and track as a real log does.
 
@@ -96,7 +98,7 @@ def simulate(
     Example: ramsight simulate mining-loader --unit boom --duty commissioning --leak 1.2 --log log.csv --truth truth.csv
     """
     unit = named_unit(machine, unit)
-    from ramsight.api.duties import duty_for
+    from ramsight.api.duties import SEEDED, duty_for
     from ramsight.api.simulating import recorded, reported_how
     from ramsight.duty.run_summary import run_cautions, run_summary
     from ramsight.machine import load_machine
@@ -121,7 +123,7 @@ def simulate(
         cycles=cycles,
         visits=visits,
         duration=duration,
-        seed=seed if duty == "work-day" else None,
+        seed=seed if duty in SEEDED else None,
     )
     passed: dict[str, float | str | None] = {
         "speed_step": speed_step,

@@ -16,6 +16,7 @@ from ramsight.study.datasheet.measuring import GROUPS
 from ramsight.study.datasheet.sheet import SHARES, Accuracy, Sheet, Term
 from ramsight.study.datasheet.side_by_side import PUBLISHED
 from ramsight.study.datasheet.statistics import Known
+from ramsight.study.datasheet.studied_duties import DRAWN
 from ramsight.units import format_si
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def sheet_page(sheet: Sheet, title: str, drawn: Mapping[str, tuple[Figure, str]]
 
 def _source(sheet: Sheet) -> str:
     work = sheet.plan.work
-    duty = f"{work.kind}, {work.duration / 60:.3g} min" if work.kind == "work-day" else work.kind
+    duty = f"{work.kind}, {work.duration / 60:.3g} min" if work.kind in DRAWN else work.kind
     return (
         f'<p class="source">{escape(sheet.plan.sensor)} sensor; {sheet.machines} machines drawn from their tolerances '
         f"(seed {sheet.plan.seed}, {escape(sheet.plan.method)}), each with a duty of its own ({escape(duty)}), "

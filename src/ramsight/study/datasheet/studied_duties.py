@@ -8,12 +8,15 @@ from pathlib import Path
 from ramsight.duty.commissioning_duty import commissioning, usual_loads, usual_speed
 from ramsight.duty.duty_file import read_duty
 from ramsight.duty.lift_lower import above_lowered_end, lift_lower
+from ramsight.duty.loader_work import USES, loader_work
 from ramsight.duty.profile import Duty, Profile
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 
-NAMED = ("work-day", "lift-lower", "commissioning")
+NAMED = ("work-day", *USES, "lift-lower", "commissioning")
+DRAWN = ("work-day", *USES)
+"""The duties that are drawn at random, and last as long as is asked for."""
 _START = 0.2  # share of the stroke above the lowered end
 _VISITS = 4  # of lift-lower, so that errors after three references have something to be seen in
 _CYCLES = 2  # of lift-lower, under each load
@@ -24,7 +27,8 @@ class Work:
     """What every machine does.
 
     Args:
-        kind: ``work-day`` (moves and loads at random, others for each machine), ``lift-lower`` (the paper's cycle,
+        kind: ``work-day`` (moves and loads at random, others for each machine), ``loader-boom`` and ``loader-bucket``
+            (a wheel loader's work, other for each machine), ``lift-lower`` (the paper's cycle,
             after visits to the end stops), ``commissioning``, or the file of a table of speeds and loads.
         duration: after which a work day begins no further move [s].
         visit_every: of a work day, time from one visit to an end stop to the next [s].
@@ -73,6 +77,8 @@ class Work:
                 visit_every=self.visit_every,
                 seed=seed,
             )
+        elif self.kind in USES:
+            done = loader_work(sheet, self.kind, kelvin, duration=self.duration, seed=seed)
         elif self.kind == "lift-lower":
             speed = usual_speed(sheet)
             done = lift_lower(made, loads, kelvin, motor_speed=speed, cycles=_CYCLES, visits=_VISITS)
