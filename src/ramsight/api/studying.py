@@ -38,8 +38,8 @@ class Study:
 
     Args:
         machine: its description, name or file.
-        duty: what each machine does: ``work-day``, ``loader-boom``, ``loader-bucket``, ``lift-lower``, ``commissioning``,
-            or the file of a table.
+        duty: what each machine does: ``work-day``, ``loader-boom``, ``loader-bucket``, ``lift-lower``,
+            ``commissioning``, or the file of a table.
         sensor: as `sensor_for`'s kind.
         unit: name of the unit; may be left out where there is only one.
         vary: tolerances in the place of those described, as text: ``{"torque_gain": "± 3 %"}``; "" for none.

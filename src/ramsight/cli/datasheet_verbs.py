@@ -17,8 +17,8 @@ def datasheet(
     duty: Annotated[
         str,
         typer.Option(
-            help="work-day, loader-boom, loader-bucket, lift-lower, commissioning, or a table: time_s, motor_speed_rpm, "
-            "load_kn."
+            help="work-day, loader-boom, loader-bucket, lift-lower, commissioning, or a table: time_s, "
+            "motor_speed_rpm, load_kn."
         ),
     ] = "work-day",
     machines: Annotated[

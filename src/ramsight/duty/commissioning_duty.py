@@ -74,7 +74,7 @@ def commissioning(
     motor_speed: float | None = None,
     start_position: float | None = None,
 ) -> Duty:
-    """A leak test, three visits to the end stops, and each load lifted and lowered, fast and slowly.
+    """A leak test, three visits to the end stops, each load lifted and lowered, fast and slowly, and a last visit.
 
     Args:
         unit: the unit, as it really is.
@@ -104,6 +104,9 @@ def commissioning(
             for share in reversed(_BETWEEN):
                 plan.go(share * stroke, max(pace, least), ramp=RAMP)
                 plan.rest(_REST)
+    # What was learned since the last stop is worth the more the better the position is known in the end.
+    plan.visit(raised=False, speed=speed, ramp=RAMP)
+    plan.rest(_REST)
     return plan.duty()
 
 

@@ -83,7 +83,7 @@ class Renewed:
 def unknown_begun(
     before: Sequence[Hypothesis], each: Sequence[Applied], m: Measurement, entered: Flag, model: MachineModel
 ) -> tuple[list[Applied], Flag]:
-    """With *unknown position* begun again where that explains a measurement better than its own estimate, or an obstacle.
+    """With *unknown position* begun again where that explains a measurement better than its estimate, or an obstacle.
 
     Since the last reference the position may have become wrong at any time. What *unknown position* took for an end
     before that may have been an obstacle; it does not keep the position from being found again.
