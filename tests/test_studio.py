@@ -811,7 +811,7 @@ def test_references_leak_test_factors_and_report_are_those_of_the_verbs(commissi
     asked = Asked(machine.load_machine("mining-loader"), "boom", log, truth)
     rows = told(track, asked)["tracked"]["references"]
     assert {row["what"] for row in rows} == {"end stop, retracted", "end stop, extended"}
-    assert len(rows) == 3
+    assert len(rows) == 4
     assert all(abs(row["error [mm]"]) < 5.0 for row in rows)
     verbs = {
         "leak test": ["leak-test", "mining-loader", log, "--unit", "boom"],
