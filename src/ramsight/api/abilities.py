@@ -76,9 +76,10 @@ _METERED = tuple(
 
 
 def _sensors(unit: HydraulicUnit) -> Ability:
-    how = "kalman, balance, table; kalman finds the position by itself at the end stops"
+    finds = "kalman finds the position by itself at the end stops"
     if unit.cylinder.passive:
-        how = "kalman, balance, table; where a load only resists no end shows: they need a start or a switch"
+        finds = "where a load only resists no end shows: they need a start or a switch"
+    how = f"kalman, balance, table; {finds}"
     if not any(isinstance(part, ReliefValve) for part in unit.parts()):
         how += "; without a relief valve no limit of the load is known to it"
     return Ability("sensors", True, how)

@@ -115,7 +115,8 @@ def duty_for(
     - ``work-day``: moves and loads at random, a visit to an end stop every 45 s.
     - ``loader-boom``, ``loader-bucket``: a wheel loader's work, with digging loads; the boom meets no end.
     - ``leak-test``: slow turning at two speeds against the closed valve; on the upper stop where the pump holds.
-    - ``commissioning``: a leak test, three visits to the end stops, and each load lifted and lowered, fast and slowly.
+    - ``commissioning``: a leak test, three visits to the end stops, each load lifted and lowered, fast and slowly, and
+      a last visit.
     - a file: a CSV table with ``time_s``, ``motor_speed_rpm``, ``load_kn`` and perhaps ``oil_temperature_c``.
 
     Moves are planned by what the unit does, as somebody works who watches the rod: give the machine as it really is.

@@ -67,14 +67,5 @@ def _cells(one: Channel) -> list[Text]:
     rate = f"{one.rate:.4g} Hz" if math.isfinite(one.rate) else "-"
     numbers = [f"{value:.6g}" if math.isfinite(value) else "-" for value in (one.least, one.most)]
     use = one.role or one.note.partition(":")[0]
-    cells = [
-        plain(one.name),
-        plain(one.unit),
-        str(one.samples),
-        str(one.missing) if one.missing else "",
-        rate,
-        *numbers,
-        use,
-    ]
-    cells[-1] = plain(cells[-1])
-    return [Text(cell, style="bold" if one.role else "") for cell in cells]
+    cells = [one.name, one.unit, str(one.samples), str(one.missing) if one.missing else "", rate, *numbers, use]
+    return [Text(plain(cell), style="bold" if one.role else "") for cell in cells]

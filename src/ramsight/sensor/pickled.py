@@ -12,8 +12,6 @@ import casadi as ca
 
 from ramsight.engine.recursion import Graph, Recursion
 
-_NAMES = ("state", "inputs", "parameters", "outputs")
-
 
 def taken_apart(sensor: Any) -> dict[str, Any]:
     """What a `VirtualSensor` can be put together of, all of it plain."""
@@ -26,7 +24,7 @@ def taken_apart(sensor: Any) -> dict[str, Any]:
     states = tuple(replace(one, value=None) for one in sensor.states)
     return {
         **own,
-        "recursion": {name: getattr(recursion, name) for name in (*_NAMES, "known")},
+        "recursion": {one.name: getattr(recursion, one.name) for one in fields(recursion) if one.name != "drawn"},
         "states": states,
         "sections": tuple(title for title, _, _ in sections),
         "step": step.serialize(),

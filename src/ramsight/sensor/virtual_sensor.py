@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import casadi as ca
@@ -234,7 +234,7 @@ class VirtualSensor:
 
     def __copy__(self) -> VirtualSensor:
         """A sensor of its own that goes on from what this one knows."""
-        other = type(self)(**{one.name: getattr(self, one.name) for one in fields(self) if one.init})
+        other = replace(self)
         other._state, other._says = self._state.copy(), self._says.copy()
         return other
 

@@ -13,9 +13,7 @@ from ramsight.machine.description import Machine
 from ramsight.studio.job import Say
 from ramsight.study.datasheet.sheet import Sheet
 from ramsight.study.datasheet.sheet_files import write_sheet
-from ramsight.study.datasheet.studied_duties import NAMED
 
-DUTIES = NAMED
 SHEET_SENSORS = ("kalman", "balance", "table")
 _FIRST, _STEPS = 8, 20  # machines at first; after that so many times the accuracy so far is said
 

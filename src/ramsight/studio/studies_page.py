@@ -12,9 +12,10 @@ from nicegui import run, ui
 from ramsight.machine.description import Machine
 from ramsight.studio.files import Shared
 from ramsight.studio.job import Job
-from ramsight.studio.studies import DUTIES, SHEET_SENSORS, Wanted, fill
+from ramsight.studio.studies import SHEET_SENSORS, Wanted, fill
 from ramsight.studio.visit import Visit
 from ramsight.study.datasheet.sheet_files import FILES
+from ramsight.study.datasheet.studied_duties import NAMED
 
 _LOOK = 0.25  # s, from one look at what a study says to the next
 _MOST, _USUAL = 100_000, 200  # machines
@@ -48,7 +49,7 @@ class _StudiesPage:
             with ui.row().classes("items-end gap-3"):
                 self.unit = ui.select(list(machine.units), value=next(iter(machine.units)), label="unit of the sheet")
                 self.unit.classes("w-36")
-                self.duty = ui.select(list(DUTIES), value=DUTIES[0], label="duty").classes("w-36")
+                self.duty = ui.select(list(NAMED), value=NAMED[0], label="duty").classes("w-36")
                 self.sensor = ui.select(list(SHEET_SENSORS), value=SHEET_SENSORS[0], label="sensor of the sheet")
                 self.sensor.classes("w-36")
                 self.machines = ui.number("machines", value=_USUAL, min=1, max=_MOST, precision=0).classes("w-28")

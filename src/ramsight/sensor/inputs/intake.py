@@ -180,6 +180,7 @@ class _Clock:
         jump: whether the gap is too long to be integrated over.
         counted: whether the time since the last sample counts.
         behind: samples in a row, in their order, that came before the last one that counted.
+        caught_up: whether it has come again to where it was set back from.
     """
 
     number: Flag
@@ -189,6 +190,7 @@ class _Clock:
     jump: Flag
     counted: Flag
     behind: Scalar
+    caught_up: Flag
 
 
 def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[IntakeState, Sample, Intake]:
@@ -238,7 +240,6 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
     too_close = all_of(all_of(clock.counted, clock.raw < SHORTEST_PERIOD), negated(raw.referenced))
     blind_velocity = BLIND_PRESSURE_SHARE * model.leak_velocity
     blind = ca.if_else(any_of(stuck, negated(torque_ok)), blind_velocity * elapsed, 0.0)
-    caught_up = all_of(clock.forward, state.behind > 0.0)
     drift, unseen = _unseen_angles(state, speed, elapsed, clock, passed, model)
     found = Intake(
         usable=usable,
@@ -249,7 +250,7 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
         overtorque=negated(torque_ok),
         stuck=stuck,
         frozen=all_of(state.started, any_of(clock.raw <= 0.0, stands)),
-        gap=all_of(state.started, any_of(clock.raw > GAP_PERIOD, clock.back, caught_up)),
+        gap=all_of(state.started, any_of(clock.raw > GAP_PERIOD, clock.back, clock.caught_up)),
         temperature_bad=negated(temperature_ok),
         passed=passed,
         drift=ca.if_else(usable, model.travel_per_radian * drift + blind, 0.0),
@@ -274,7 +275,8 @@ def _clock(state: IntakeState, raw: Raw) -> _Clock:
     forward = any_of(negated(state.started), since > 0.0)
     jump = any_of(since > BRIDGED_GAP, back)
     counted = all_of(state.started, negated(any_of(jump, since <= 0.0)))
-    return _Clock(number, since, back, forward, jump, counted, ca.if_else(back, 0.0, behind))
+    caught_up = all_of(forward, state.behind > 0.0)
+    return _Clock(number, since, back, forward, jump, counted, ca.if_else(back, 0.0, behind), caught_up)
 
 
 def _ticks(state: IntakeState, raw: Raw, now: _Clock) -> tuple[Scalar, Flag]:
@@ -368,6 +370,6 @@ def _unseen_angles(
     not_counted = ca.if_else(clock.jump, (0.5 * speeds + nudge) * ca.fmin(gap_for, LONGEST_GAP), 0.0)
     bridged = (BRIDGE_ERROR_SHARE * speeds + nudge) * ca.fmax(elapsed - USUAL_PERIOD, 0.0)
     # A clock that has caught up with what it was set back by: that long the shaft turned unseen.
-    caught_up = ca.if_else(all_of(clock.forward, state.behind > 0.0), 0.5 * speeds * (state.behind + 1.0) * passed, 0.0)
+    caught_up = ca.if_else(clock.caught_up, 0.5 * speeds * (state.behind + 1.0) * passed, 0.0)
     unseen = (ca.fabs(state.motor_speed) + nudge) * ca.fmax(clock.raw, 0.0)
     return not_counted + bridged + caught_up, unseen

@@ -14,9 +14,9 @@ from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 
-NAMED = ("work-day", *USES, "lift-lower", "commissioning")
 DRAWN = ("work-day", *USES)
 """The duties that are drawn at random, and last as long as is asked for."""
+NAMED = (*DRAWN, "lift-lower", "commissioning")
 _START = 0.2  # share of the stroke above the lowered end
 _VISITS = 4  # of lift-lower, so that errors after three references have something to be seen in
 _CYCLES = 2  # of lift-lower, under each load
