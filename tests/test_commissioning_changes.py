@@ -197,7 +197,9 @@ def test_a_second_commissioning_begins_from_the_tuned_description(tmp_path):
     tuned = ramsight.machine.loads(read_kept(kept).description).unit("boom")
     plain = ramsight.load_machine("mining-loader").unit("boom")
     assert tuned.pump_a.volumetric_efficiency < plain.pump_a.volumetric_efficiency
-    assert tuned.assumptions.machine.leak < plain.assumptions.machine.leak
+    assert tuned.assumptions.machine.displacement < 0.5 * plain.assumptions.machine.displacement
+    # What a thermometer that reads some kelvin wrong hides is about as much as a data sheet leaves open.
+    assert tuned.assumptions.machine.leak <= plain.assumptions.machine.leak
     again, where = day(2, stiffness=0.9)
     same = ramsight.commission("mining-loader", again, where, unit="boom", since=kept)
     assert same.findings[-1].check == "changes"
