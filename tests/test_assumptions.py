@@ -83,7 +83,7 @@ def same_graph(one, other):
 def test_every_number_of_the_assumptions_can_be_declared():
     assert {path.split(".")[0] for path in FIELDS} == {
         "integrity", "drive", "machine", "thermometer", "stops", "pressure", "shaft", "power", "inertia",
-        "motor_temperature", "link_angle",
+        "motor_temperature", "link_angle", "absolute_position",
     }  # fmt: skip
     assert all(assumed.declared and not assumed.given for assumed in FIELDS.values())
 
@@ -100,7 +100,10 @@ def test_all_values_together_reach_the_unit():
     assert values(found) == {path: value for path, (_, value) in everything.items()}
 
 
-@pytest.mark.parametrize("path", FIELDS)
+ONLY_SIMULATED = "absolute_position.every"
+
+
+@pytest.mark.parametrize("path", [path for path in FIELDS if path != ONLY_SIMULATED])
 def test_a_declared_value_changes_the_sensor(path):
     # Sensors of pressure and of the link's angle are taken where their noise is declared.
     beside = {"pressure.std": '"5 bar"'} if path == "pressure.lag" else {}
@@ -111,6 +114,7 @@ def test_a_declared_value_changes_the_sensor(path):
         ("shaft", "0.1 deg"),
         ("power", "1 %"),
         ("motor_temperature", "1 %"),
+        ("absolute_position", "2 mm"),
     ):
         if path.startswith(f"{sensor}.") and path != f"{sensor}.std":
             beside = {f"{sensor}.std": f'"{std}"'}

@@ -72,7 +72,15 @@ def test_what_was_not_measured_has_no_share(boom):
     rows = rows_of(fmeda_table(unit))
     blank = [row for row in rows if row["measured_with"] == NOT_MEASURED]
     signals = {row["signal"] for row in blank}
-    assert {"pressures", "motor_temperature", "reference", "description", "piston seals", "control unit"} <= signals
+    assert {
+        "pressure_a",
+        "pressure_b",
+        "motor_temperature",
+        "reference",
+        "description",
+        "piston seals",
+        "control unit",
+    } <= signals
     assert "shaft_angle" not in signals
     assert all(row["channel"] == VIRTUAL for row in rows if row not in blank)  # no DC power: none of the real sensor's
     assert len([row for row in blank if row["channel"] == REAL]) == 8

@@ -176,6 +176,6 @@ def test_exported_c_takes_the_angle(tmp_path):
     described = LOADER.replace({"units.boom.assumptions.link_angle.std": STD})
     done = write_sensor(described, "boom", tmp_path / "boom", compiler="")
     header = (tmp_path / "boom" / "ramsight_boom.h").read_text(encoding="utf-8")
-    assert "ramsight_boom_real link_angle; /* of the body that the cylinder turns" in header
+    assert "ramsight_boom_real link_angle; /* angle of the body that the cylinder turns" in header
     for single in (False, True):
         assert "passed" in golden(done.folder, "ramsight_boom", single=single)

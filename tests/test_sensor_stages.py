@@ -7,11 +7,14 @@ from types import SimpleNamespace
 import casadi as ca
 import pytest
 
+from ramsight.logs.channels import ABSOLUTE_POSITION
+from ramsight.machine.assumption_description import AssumedReading
 from ramsight.plant.limits import limits_of
 from ramsight.plant.valve import ReliefValve
 from ramsight.sensor import thresholds as by
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.link_angle import LinkState, read_angle
+from ramsight.sensor.belief.reading import read_position
 from ramsight.sensor.checks.counter_check import CounterCheckState, Counting, judge_counter, read_counter
 from ramsight.sensor.checks.disagreement import Sums, sure
 from ramsight.sensor.checks.drive_check import DriveChecks
@@ -46,6 +49,7 @@ from .plant_bench import UNITS
 from .sensor_bench import made, step_of
 
 BOOM = UNITS["mining-loader boom"]
+ABSOLUTE = ABSOLUTE_POSITION.name
 
 
 def named(value):
@@ -796,29 +800,34 @@ def test_no_load_is_further_than_relief_valves_carry():
 # Link angle: 2 m a radian, 1 mrad of error, 0.1 s of vibration
 
 LEVER = SimpleNamespace(slope=lambda angle: ca.SX(2.0), position=lambda angle: 0.1 + 2.0 * angle)
-SENSOR = SimpleNamespace(std=1e-3, lag=0.05, correlation=0.1)
+SENSOR = SimpleNamespace(
+    stroke=1.0,
+    assumed=SimpleNamespace(
+        link_angle=SimpleNamespace(std=1e-3, lag=0.05, correlation=0.1), stops=SimpleNamespace(lies=0.05)
+    ),
+)
+READING = AssumedReading(std=2e-3, offset=1e-3, delay=0.05, wrong=0.02, correlation=0.1)
 
 
-def angled(angle=0.2, *, since=1.0, travel=0.0, last=0.1, step=0.004, known=True, other=False):
+def angled(angle=0.2, *, since=1.0, travel=0.0, last=0.1, step=0.004, known=True):
     state = LinkState(since=ca.SX(since), travel=ca.SX(travel), angle=ca.SX(last))
     now = sample(measured={LINK_ANGLE: angle})
-    found = read_angle(
-        state, now, step_of(travel=step), LEVER, SENSOR, ca.SX(float(known)), ca.SX(float(other))
+    after, found = read_angle(
+        state, now, step_of(travel=step), ca.SX(0.4), ca.SX(float(known)), LEVER, SENSOR
     )  # fmt: skip
-    return tuple(plain(one) for one in found)
+    return plain(after), found
 
 
 @pytest.mark.parametrize(
     ("changed", "used"),
     [
         ({}, True),
-        ({"since": 0.189}, False),
-        ({"since": 0.191}, True),
+        ({"since": 0.179}, False),
+        ({"since": 0.180}, True),
         ({"step": 0.0019}, False),
         ({"step": -0.0021}, True),
         ({"last": 0.1991}, False),
         ({"last": 0.1989}, True),
-        ({"other": True}, False),
         ({"angle": NAN}, False),
         ({"angle": 3.15}, False),
         ({"since": 0.0, "step": 0.0, "last": 0.2, "known": False}, True),
@@ -827,7 +836,7 @@ def angled(angle=0.2, *, since=1.0, travel=0.0, last=0.1, step=0.004, known=True
 )
 def test_an_angle_is_used_once_piston_and_angle_have_moved(changed, used):
     after, found = angled(**changed)
-    assert found.use == used
+    assert value(found.use) == used
     if used:
         assert (after.since, after.travel) == (0.0, 0.0)
         assert after.angle == changed.get("angle", 0.2)
@@ -836,9 +845,42 @@ def test_an_angle_is_used_once_piston_and_angle_have_moved(changed, used):
 def test_an_angle_is_late_by_its_lag():
     _, found = angled()
     late = 0.004 * 0.05 / 0.02
-    assert found.place == pytest.approx(0.1 + 2.0 * 0.2 + late)
-    assert found.variance == pytest.approx((1e-3 * 2.0) ** 2 + (0.5 * late) ** 2)
-    assert found.by_offset == 2.0
+    assert value(found.innovation) == pytest.approx(0.1 + 2.0 * 0.2 + late - 0.4)
+    assert value(found.R) == pytest.approx((1e-3 * 2.0) ** 2 + late**2 / 3.0)
+    assert value(found.H[Quantity.ANGLE_OFFSET]) == 2.0
+
+
+def read(reading=0.3, *, since=1.0, step=0.004):
+    now = sample(measured={ABSOLUTE: reading})
+    return read_position(ABSOLUTE, ca.SX(since), now, step_of(travel=step), ca.SX(0.29), 0.5, READING)
+
+
+@pytest.mark.parametrize(
+    ("changed", "used"),
+    [
+        ({}, True),
+        ({"since": 0.179}, False),
+        ({"since": 0.180}, True),
+        ({"reading": NAN}, False),
+        ({"reading": -0.501}, False),
+        ({"reading": 1.001}, False),
+        ({"reading": -0.02}, True),
+    ],
+    ids=named,
+)
+def test_a_reading_is_used_where_it_is_a_place_and_independent_of_the_last(changed, used):
+    after, found = read(**changed)
+    assert value(found.use) == used
+    assert value(after) == (0.0 if used else pytest.approx(changed.get("since", 1.0) + H))
+
+
+def test_a_reading_is_of_a_moment_ago_and_may_be_of_something_else():
+    _, found = read()
+    late = 0.004 * 0.05 / 0.02
+    assert value(found.innovation) == pytest.approx(0.3 + late - 0.29)
+    assert value(found.R) == pytest.approx(READING.std**2 + late**2 / 3.0)
+    assert value(found.alternative) == pytest.approx(math.log(0.02 / 0.5))
+    assert found.common == READING.offset
 
 
 # A held piston that is released

@@ -19,6 +19,7 @@ from ramsight.calibration.knowledge import MachineKnowledge, completed, of_ident
 from ramsight.calibration.tuned import tuned as tuned_by
 from ramsight.errors import DescriptionError, SimulationError
 from ramsight.logs.channel_map import AnyMap, known_map
+from ramsight.logs.channels import FURTHER, LINK_ANGLE
 from ramsight.logs.mapped import ChannelMap, Mapped
 from ramsight.machine import catalogue, load_machine, loads
 from ramsight.machine.description import Machine, Unit
@@ -28,6 +29,7 @@ from ramsight.output import write_text
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import advancing
+from ramsight.sensor.inputs.sample import declared_inputs
 from ramsight.study.commissioning.changes import changed, changes
 from ramsight.study.commissioning.commissioning_page import Channel, commissioning_page
 from ramsight.study.commissioning.finding import Verdict
@@ -212,9 +214,9 @@ def _found(described: Unit, built: HydraulicUnit, done: Commissioning) -> Machin
 
 def _mending(machine: AnyUnit, built: HydraulicUnit, asked: Requirement | None) -> list[str]:
     """What would make the error smaller, by the data sheet's sensitivities; nothing of a unit without a description."""
-    found = []
-    if built.lever is not None and built.assumptions.link_angle.std == 0.0:
-        found = ["an inclinometer on the body that the cylinder turns (assumptions.link_angle)"]
+    there = {LINK_ANGLE.name} if built.lever is None else set()  # nothing turns a body: there is no angle
+    there |= set(declared_inputs(built.assumptions))
+    found = [f"{one.advice} (assumptions.{one.declared})" for one in FURTHER if one.advice and one.name not in there]
     if not isinstance(machine, str | Path | Machine):
         return found
     every = _VISIT_EVERY if asked is None or asked.visit_every >= DAY else asked.visit_every

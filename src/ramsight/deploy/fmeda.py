@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from ramsight.deploy.measured_faults import (
     BOTH,
@@ -22,7 +22,7 @@ from ramsight.deploy.measured_faults import (
 )
 from ramsight.logs.channels import column_of
 from ramsight.plant.unit import HydraulicUnit, circuit
-from ramsight.sensor.inputs.magnets import declared_temperature
+from ramsight.sensor.inputs.sample import DC_POWER, SHAFT_ANGLE, declared_inputs
 from ramsight.sensor.redundancy import declared
 from ramsight.sensor.report.detectors import COUNTER, DETECTORS, POWER, PRESSURES, SPEED, TEMPERATURE, TIME, TORQUE
 from ramsight.sensor.status import Status
@@ -81,7 +81,7 @@ def fmeda_table(unit: HydraulicUnit) -> str:
     further = declared(unit.assumptions)
     given = measured_set(further)
     rows = [_virtual(one, given) for one in measured_faults(given)]
-    rows += [_blank(VIRTUAL, signal, "any", _UNMEASURED_EFFECT) for signal in _others(unit, further, given)]
+    rows += [_blank(VIRTUAL, signal, "any", _UNMEASURED_EFFECT) for signal in _others(unit, given)]
     rows += [_blank(VIRTUAL, signal, fault, effect) for signal, fault, effect in _UNMEASURED]
     rows += list(_real(given))
     text = io.StringIO()
@@ -133,14 +133,10 @@ def _statuses(signal: str, given: str) -> str:
     return "one of " + ", ".join(found)
 
 
-def _others(unit: HydraulicUnit, further: Sequence[str], given: str) -> Iterator[str]:
+def _others(unit: HydraulicUnit, given: str) -> Iterator[str]:
     """Signals of the unit whose faults were not put in with this set of signals."""
-    for name, signal in (("shaft_angle", COUNTER), ("dc_power", POWER)):
-        if signal in further and signal not in given:
+    measured = {SHAFT_ANGLE: COUNTER, DC_POWER: POWER}
+    for name in declared_inputs(unit.assumptions):
+        if name not in measured or measured[name] not in given:
             yield name
-    if PRESSURES in further:
-        yield "pressures"
-    if unit.assumptions.link_angle.std > 0.0:
-        yield "link_angle"
-    yield from declared_temperature(unit.assumptions)
     yield from (column_of(name) for name in circuit(unit).commands)

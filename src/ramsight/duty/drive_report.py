@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
 from ramsight.duty.lagging import lagging
 from ramsight.duty.link_report import LinkReport, declared_link
+from ramsight.duty.reading import ReadingReport, declared_readings
 from ramsight.duty.stepped import Value, stepped
 from ramsight.logs.channels import (
     DC_POWER,
@@ -23,6 +24,7 @@ from ramsight.logs.channels import (
     PRESSURE_B,
     SHAFT_ANGLE,
     Channel,
+    Further,
     is_command,
 )
 from ramsight.plant.limits import limits_of
@@ -103,6 +105,7 @@ class DriveReport:
         magnets: of the motor, if their warming up changes its torque constant.
         warm_at: temperature of the motor at which the drive knows its torque constant, above which magnets are warmer
             [K]; None where it reports no temperature.
+        readings: occasional sensors of the position, by their channels.
         seed: of the noise; the same seed gives the same log.
     """
 
@@ -121,6 +124,7 @@ class DriveReport:
     pressure_lag: float = 0.0
     magnets: Magnets | None = None
     warm_at: float | None = None
+    readings: Mapping[Further, ReadingReport] = field(default_factory=dict)
     seed: int = 0
 
     def of(self, speed: Array, torque: Array, temperature: Array) -> tuple[Array, Array, Array]:
@@ -163,7 +167,7 @@ def usual_report(unit: HydraulicUnit) -> DriveReport:
 
 
 def declared_report(unit: HydraulicUnit, seed: int, like: DriveReport | None = None) -> DriveReport:
-    """What a drive reports with all that a unit declares: its link's angle, shaft's counter, power and pressures.
+    """What a drive reports with all that a unit declares.
 
     Args:
         unit: the unit; what its sensors are off by is drawn from what it declares.
@@ -179,6 +183,7 @@ def declared_report(unit: HydraulicUnit, seed: int, like: DriveReport | None = N
         pressure_noise=sensors.std if sensors.std > 0.0 else None,
         pressure_lag=sensors.lag,
         warm_at=unit.assumptions.motor_temperature.reference if unit.assumptions.motor_temperature.std > 0.0 else None,
+        readings=declared_readings(unit, seed),
         seed=seed,
     )
 
@@ -197,8 +202,7 @@ def reported(run: Signals, how: DriveReport | None = None) -> Signals:
 
     Returns:
         Columns over the same `time` with motor_speed, motor_torque and oil_temperature, the commands to the
-        circuit's parts, the link's angle, the shaft's angle, the DC link's power and the chambers' pressures, if there
-        are any.
+        circuit's parts, and whatever of `FURTHER` there is.
     """
     how = how or DriveReport()
     names = ("motor_speed", "motor_torque", "oil_temperature")
@@ -224,7 +228,7 @@ def further_report(how: DriveReport, true: Callable[[str], Array]) -> dict[Chann
         true: signals as they are, by their names in runs, each (samples,): `time` [s], `motor_speed` [rad/s],
             `motor_torque` [N m], `position` [m], `pressure_a` and `pressure_b` [Pa]; called for those that are needed.
     """
-    found = {}
+    found: dict[Channel, Array] = {}
     if how.link is not None:
         found[LINK_ANGLE] = how.link.reported(true("time"), true("position"))
     if how.shaft is not None:
@@ -240,4 +244,6 @@ def further_report(how: DriveReport, true: Callable[[str], Array]) -> dict[Chann
             noise = np.random.default_rng([how.seed, k, _PRESSURES]).standard_normal(len(time))
             shown = lagging(time, true(channel.name), how.pressure_lag)
             found[channel] = shown + how.pressure_noise * noise
+    for reading, sensor in how.readings.items():
+        found[reading] = sensor.reported(true("time"), true(reading.reads))
     return found

@@ -11,6 +11,7 @@ import numpy as np
 
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.link_report import LiveLink
+from ramsight.duty.reading import LiveReading
 from ramsight.duty.stepped import stepped
 from ramsight.logs.channels import DC_POWER, LINK_ANGLE, MOTOR_TEMPERATURE, PRESSURE_A, PRESSURE_B, SHAFT_ANGLE
 from ramsight.plant.unit import HydraulicUnit
@@ -40,7 +41,8 @@ class LiveFurther:
         self._how, self._period = how, period
         self._random = np.random.default_rng([seed, len(unit.name)])
         self._link = None if how.link is None else LiveLink(how.link, self._random)
-        self._turned = 0.0
+        self._readings = {one.name: LiveReading(sensor) for one, sensor in how.readings.items()}
+        self._time = self._turned = 0.0
         self._speed: float | None = None
         self._shown: tuple[float, float] | None = None
 
@@ -61,7 +63,7 @@ class LiveFurther:
         """
         how, found = self._how, {}
         self._turned += 0.5 * (speed + (speed if self._speed is None else self._speed)) * self._period
-        self._speed = speed
+        self._speed, self._time = speed, self._time + self._period
         if how.link is not None and self._link is not None:
             found[LINK_ANGLE.name] = self._link.sample(self._period, float(how.link.lever.angle(position)))
         if how.shaft is not None:
@@ -74,7 +76,7 @@ class LiveFurther:
             shown = self._lagging(pressures)
             noise = how.pressure_noise * self._random.standard_normal(2)
             found |= {PRESSURE_A.name: shown[0] + float(noise[0]), PRESSURE_B.name: shown[1] + float(noise[1])}
-        return found
+        return found | {name: sensor.sample(self._time, position) for name, sensor in self._readings.items()}
 
     def _lagging(self, pressures: tuple[float, float]) -> tuple[float, float]:
         share = 1.0 - math.exp(-self._period / self._how.pressure_lag) if self._how.pressure_lag > 0.0 else 1.0

@@ -71,6 +71,25 @@ class Channel:
         return np.asarray(np.round((values - self.offset) / self.factor, 9), dtype=np.float64)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Further(Channel):
+    """A column that a sensor takes where its machine declares it: the one place that says so.
+
+    Channel maps, logs, inputs of the sensor and of what is exported, the simulated report, the table of faults and the
+    advice of a commissioning follow from it.
+
+    Args:
+        declared: table of the assumptions that declares it, where its `std` is above zero.
+        reads: what of a run it measures as an occasional reading (`ramsight.duty.reading`), by its name there; "" where
+            it has a law of its own.
+        advice: what to add to a machine, as a commissioning says it; "" for nothing.
+    """
+
+    declared: str
+    reads: str = ""
+    advice: str = ""
+
+
 MOTOR_SPEED = Channel("motor_speed_rpm", "motor_speed", "rad/s", "motor speed, extension positive", factor=RPM)
 MOTOR_TORQUE = Channel(
     "motor_torque_nm", "motor_torque", "N m", "motor torque, positive when driving towards extension"
@@ -78,36 +97,68 @@ MOTOR_TORQUE = Channel(
 OIL_TEMPERATURE = Channel("oil_temperature_c", "oil_temperature", "K", "oil temperature", offset=FREEZING)
 REFERENCE = Channel("reference_m", "reference", "m", "position that a reference switch reports, NaN elsewhere")
 POSITION = Channel("position_m", "position", "m", "piston position, 0 = fully retracted")
-PRESSURE_A = Channel("pressure_a_pa", "pressure_a", "Pa", "absolute pressure in chamber A")
-PRESSURE_B = Channel("pressure_b_pa", "pressure_b", "Pa", "absolute pressure in chamber B")
-LINK_ANGLE = Channel(
-    "link_angle_deg",
-    "link_angle",
-    "rad",
-    "angle of the body that the cylinder turns, against what it hangs on, 0 as drawn",
-    factor=math.pi / 180.0,
+PRESSURE_A = Further(
+    column="pressure_a_pa",
+    name="pressure_a",
+    units="Pa",
+    long_name="absolute pressure in chamber A",
+    declared="pressure",
 )
-
-SHAFT_ANGLE = Channel(
-    "shaft_angle_deg",
-    "shaft_angle",
-    "rad",
-    "angle that the drive's counter says of the shaft, without jumps, growing where speed is positive",
-    factor=math.pi / 180.0,
+PRESSURE_B = Further(
+    column="pressure_b_pa",
+    name="pressure_b",
+    units="Pa",
+    long_name="absolute pressure in chamber B",
+    declared="pressure",
 )
-DC_POWER = Channel("dc_power_w", "dc_power", "W", "power that the drive takes from its DC link")
+LINK_ANGLE = Further(
+    column="link_angle_deg",
+    name="link_angle",
+    units="rad",
+    long_name="angle of the body that the cylinder turns, against what it hangs on, 0 as drawn",
+    factor=math.pi / 180.0,
+    declared="link_angle",
+    advice="an inclinometer on the body that the cylinder turns",
+)
+SHAFT_ANGLE = Further(
+    column="shaft_angle_deg",
+    name="shaft_angle",
+    units="rad",
+    long_name="angle that the drive's counter says of the shaft, without jumps, growing where speed is positive",
+    factor=math.pi / 180.0,
+    declared="shaft",
+)
+DC_POWER = Further(
+    column="dc_power_w",
+    name="dc_power",
+    units="W",
+    long_name="power that the drive takes from its DC link, negative where it gives",
+    declared="power",
+)
 DC_VOLTAGE = Channel("dc_voltage_v", "dc_voltage", "V", "voltage of the drive's DC link")
 DC_CURRENT = Channel("dc_current_a", "dc_current", "A", "current that the drive takes from its DC link")
-MOTOR_TEMPERATURE = Channel(
-    "motor_temperature_c",
-    "motor_temperature",
-    "K",
-    "temperature of the motor, as its drive reports it",
+MOTOR_TEMPERATURE = Further(
+    column="motor_temperature_c",
+    name="motor_temperature",
+    units="K",
+    long_name="temperature of the motor, as its drive reports it",
     offset=FREEZING,
+    declared="motor_temperature",
+)
+ABSOLUTE_POSITION = Further(
+    column="absolute_position_m",
+    name="absolute_position",
+    units="m",
+    long_name="position of an occasional absolute sensor, 0 = fully retracted, NaN where it gives none",
+    declared="absolute_position",
+    reads="position",
+    advice="an occasional absolute position: a draw wire, a laser, a camera, a scale that somebody reads",
 )
 PRESSURES = (PRESSURE_A, PRESSURE_B)
-FURTHER = (LINK_ANGLE, *PRESSURES, SHAFT_ANGLE, DC_POWER, MOTOR_TEMPERATURE)
+FURTHER = (*PRESSURES, LINK_ANGLE, SHAFT_ANGLE, DC_POWER, MOTOR_TEMPERATURE, ABSOLUTE_POSITION)
 """What a sensor takes beside a drive's report where its machine declares it."""
+READINGS = tuple(one for one in FURTHER if one.reads)
+"""Those of which a value counts once, at its sample."""
 LINK = (DC_VOLTAGE, DC_CURRENT)
 """What the power of the DC link is made of where a drive does not report it itself."""
 DRIVE_LOG = "drive log"

@@ -48,8 +48,7 @@ LINKED = {channel.name: channel for channel in LINK}
 SI = {
     "time": "s", "speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m", "angle": "rad",
     "current": "A", "command": "1", "position": "m", "pressure_a": "Pa", "pressure_b": "Pa",
-    "link_angle": "rad", "shaft_angle": "rad", "dc_power": "W",
-    "motor_temperature": "K", "dc_voltage": "V", "dc_current": "A",
+    "dc_voltage": "V", "dc_current": "A", **{one.name: one.units for one in FURTHER_CHANNELS},
 }  # fmt: skip
 
 USUAL_HOLD = 0.5  # s

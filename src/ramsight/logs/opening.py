@@ -21,6 +21,7 @@ from ramsight.logs.channels import (
     MOTOR_TORQUE,
     OIL_TEMPERATURE,
     POSITION,
+    READINGS,
     REFERENCE,
     TIME,
     Channel,
@@ -33,7 +34,7 @@ from ramsight.logs.falls import Falls
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance
-from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, Referenced, standard_map, to_si_of
+from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, standard_map, to_si_of
 from ramsight.logs.next_step import inspect_command
 from ramsight.logs.resample import Resampler
 from ramsight.logs.source import Source
@@ -55,6 +56,7 @@ _LISTED = 12  # identifiers that a message lists
 
 _NAMES = {"speed": MOTOR_SPEED.name, "torque": MOTOR_TORQUE.name, "temperature": OIL_TEMPERATURE.name}
 _DRIVE = (MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE)
+_READINGS = frozenset(one.name for one in READINGS)
 
 
 def open_log(
@@ -189,17 +191,20 @@ def _columns(
 ) -> Iterator[dict[str, Array]]:
     """Columns of the log in SI, of any length each; with what was measured only if it is asked for."""
     held = _held_channels(known, measured or {})
-    to_si = {name: _converter(source, known, one, role) for name, (role, one) in held.items()}
+    readings = {name: one for name, one in known.further.items() if name in _READINGS}
+    roles = held | {name: (name, one) for name, one in readings.items()}
+    to_si = {name: _converter(source, known, one, role) for name, (role, one) in roles.items()}
     references = {f"reference {k}": one for k, one in enumerate(known.references)}
     reference_si = {
         name: _converter(source, known, one.mapped, "reference") if one.position is None else (1.0, 0.0)
         for name, one in references.items()
     }
     switches = {name: Switch(one.position, one.edge) for name, one in references.items() if one.position is not None}
-    blocks = _by_name(source, {name: one for name, (_, one) in held.items()}, references, switches)
+    events = {name: one.mapped for name, one in references.items()} | readings
+    blocks = _by_name(source, {name: one for name, (_, one) in held.items()}, events, switches)
     blocks, base = _with_base(blocks, known.base)
     holds = {name: one.hold for name, (_, one) in held.items()}
-    aligner = Aligner(base, holds, {name: one.mapped.hold for name, one in references.items()})
+    aligner = Aligner(base, holds, {name: one.hold for name, one in events.items()})
     constants = {_NAMES[role]: one.constant for role, one in known.roles.items() if not one.channel}
     least = {column_of(name): one.least for name, one in known.commands.items()}
     count = 0
@@ -253,7 +258,9 @@ def _held_channels(known: ChannelMap, measured: Mapping[str, Mapped]) -> dict[st
     held = {role: (role, one) for role, one in known.roles.items() if one.channel}
     held |= {column_of(name): ("command", one.mapped) for name, one in known.commands.items()}
     return held | {
-        name: (name, one) for name, one in [*known.further.items(), *known.linked.items(), *measured.items()]
+        name: (name, one)
+        for name, one in [*known.further.items(), *known.linked.items(), *measured.items()]
+        if name not in _READINGS
     }
 
 
@@ -285,10 +292,10 @@ def _converter(source: Source, known: ChannelMap, one: Mapped, role: str) -> tup
 
 
 def _by_name(
-    source: Source, held: dict[str, Mapped], references: dict[str, Referenced], switches: dict[str, Switch]
+    source: Source, held: dict[str, Mapped], happening: dict[str, Mapped], switches: dict[str, Switch]
 ) -> Iterator[Block]:
     """Blocks whose keys are roles, names and references in the place of the file's channels."""
-    events = {name: one.mapped.channel for name, one in references.items()}
+    events = {name: one.channel for name, one in happening.items()}
     needed = [*(one.channel for one in held.values()), *events.values()]
     for block in source.blocks(list(dict.fromkeys(needed))):
         named = {name: block[one.channel] for name, one in held.items() if one.channel in block}

@@ -6,9 +6,10 @@ import numpy as np
 
 from ramsight.errors import LogError
 from ramsight.logs.align import Array
-from ramsight.logs.channels import MOTOR_SPEED, REFERENCE
+from ramsight.logs.channels import MOTOR_SPEED, READINGS, REFERENCE
 from ramsight.logs.mapped import Counted
 
+_MOMENTARY = frozenset(one.name for one in (REFERENCE, *READINGS))
 _START = 1e-9  # s; rounding of a clock in milliseconds
 
 
@@ -16,8 +17,8 @@ class Resampler:
     """Takes columns over time and gives them at equal distances; what it needs of earlier ones it keeps.
 
     A sample is the mean over its period, half before and half after it. A speed that comes from an angle is the angle
-    of the period over its length, so that no revolution is missing. A command is the newest one, a reference is
-    taken by the sample after it.
+    of the period over its length, so that no revolution is missing. A command is the newest one; a reference or an
+    occasional reading is taken by the sample after it.
 
     Args:
         period: of the new samples [s].
@@ -83,7 +84,7 @@ class Resampler:
             return np.asarray((np.interp(after, time, column) - np.interp(before, time, column)) / self._period)
         if name in self._newest:
             return np.asarray(column[np.maximum(np.searchsorted(time, at + _START, side="right") - 1, 0)])
-        if name == REFERENCE.name:
+        if name in _MOMENTARY:
             return _last_known(column, time, at, self._period)
         return _mean(column, time, before, after)
 

@@ -291,6 +291,33 @@ class AssumedLinkAngle(Part):
     ] = 0.0
 
 
+class AssumedReading(Part):
+    """An occasional reading of the position: a draw wire, a laser, a camera, a scale that somebody reads.
+
+    A sensor takes it only where it is declared. It may come ten times a second or once an hour.
+    """
+
+    std: Annotated[
+        float, quantity("mm", "of a reading's own error; 0 where there are none", least="0 mm", most="10 m")
+    ] = 0.0
+    offset: Annotated[
+        float, quantity("mm", "error that all readings share, mounting and zero, std", least="0 mm", most="10 m")
+    ] = 0.0
+    correlation: Annotated[
+        float, quantity("s", "for which a reading's own error stays what it is", least="0 s", most="1 h")
+    ] = 0.1
+    delay: Annotated[
+        float, quantity("ms", "by which a reading is behind the piston, mean", least="0 s", most="10 s")
+    ] = 0.0
+    # A beam that something crosses, a target that is mistaken, a number that is mistyped.
+    wrong: Annotated[
+        float, quantity("%", "chance that a reading is of something else", least="0.0001 %", most="50 %")
+    ] = 0.01
+    every: Annotated[
+        float, quantity("s", "time between readings, where they are simulated", least="1 ms", most="1 d")
+    ] = 60.0
+
+
 class AssumedIntegrity(Part):
     """When a position is ok: a larger error than the limit is less likely than the risk."""
 
@@ -323,3 +350,6 @@ class Assumptions(Part):
         AssumedMotorTemperature()
     )
     link_angle: Annotated[AssumedLinkAngle, Field(description="sensor of the moved body's angle")] = AssumedLinkAngle()
+    absolute_position: Annotated[AssumedReading, Field(description="an occasional absolute position")] = (
+        AssumedReading()
+    )

@@ -33,21 +33,20 @@ from ramsight.sensor.belief.bank import Bank
 from ramsight.sensor.belief.bank_state import BankState, StartOfPosition
 from ramsight.sensor.belief.link_angle import LinkState
 from ramsight.sensor.belief.update import ContactEvidence, Prediction, Updated, UpdateState, measure, predict
-from ramsight.sensor.checks.drive_check import DriveChecks, DriveState, check_drive, declared_checks
+from ramsight.sensor.checks.drive_check import DriveChecks, DriveState, check_drive
 from ramsight.sensor.checks.inertia_check import InertiaState, check_inertia, shaft_inertia
 from ramsight.sensor.checks.pressure_check import PressureCheckState, check_pressures
 from ramsight.sensor.circuit.leakage import LeakageState, leakage_law
 from ramsight.sensor.circuit.load import LoadState, Piston, observe_load, shifted
 from ramsight.sensor.circuit.load_release import Release, UnheldState, release_load
-from ramsight.sensor.circuit.pressures import measured_pressures
 from ramsight.sensor.circuit.relief import Relief, relief_probability, relief_tolerance
 from ramsight.sensor.contacts.contact import look_for_contact
 from ramsight.sensor.contacts.contact_state import ContactState, Estimated, moved
 from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case, with_case
 from ramsight.sensor.inputs.intake import Intake, IntakeState, check_inputs
-from ramsight.sensor.inputs.magnets import MagnetState, correct_torque, declared_temperature, gain_with_magnets
+from ramsight.sensor.inputs.magnets import MagnetState, correct_torque, gain_with_magnets
 from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
-from ramsight.sensor.inputs.sample import LINK_ANGLE, Raw, Sample
+from ramsight.sensor.inputs.sample import LINK_ANGLE, MOTOR_TEMPERATURE, Raw, Sample, declared_inputs
 from ramsight.sensor.inputs.torque_zero import TorqueZeroState, correct_zero
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.machine_model import MachineModel
@@ -118,7 +117,7 @@ class KalmanState:
         linked = LINK_ANGLE in measured
         return cls(
             position=scalar(0.5 * stroke),
-            magnets=MagnetState() if declared_temperature(assumed) else None,
+            magnets=MagnetState() if MOTOR_TEMPERATURE in measured else None,
             intake=IntakeState.initial(model.balance.model.commands, measured),
             torque_zero=TorqueZeroState.initial(assumed.drive.zero),
             case=None if model.unit.heat is None else CaseState(),
@@ -149,11 +148,10 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None, kinds: S
     """
     assumed = assumptions or unit.assumptions
     lever = _lever(unit, assumed)
-    if declared_temperature(assumed):
+    if MOTOR_TEMPERATURE in declared_inputs(assumed):
         assumed = gain_with_magnets(assumed)
     model = replace(MachineModel.of(unit, assumed), kinds=tuple(kinds))
-    angles = () if lever is None else (LINK_ANGLE,)
-    measured = (*measured_pressures(assumed), *angles, *declared_checks(assumed), *declared_temperature(assumed))
+    measured = declared_inputs(assumed)
     raw = Raw.symbols(model.balance.model.commands, measured)
     initial = KalmanState.initial(model, measured)
     return Pipe(model, lever, raw).sensor(initial)

@@ -10,10 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ramsight.logs.channels import PRESSURE_A
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.checks.drive_check import declared_checks
-from ramsight.sensor.circuit.pressures import measured_pressures
-from ramsight.sensor.inputs.sample import DC_POWER, SHAFT_ANGLE
+from ramsight.sensor.inputs.sample import DC_POWER, SHAFT_ANGLE, declared_inputs
 from ramsight.sensor.report.detectors import COUNTER, POWER, PRESSURES
 
 MODEL = {
@@ -77,9 +76,9 @@ def matching(equations: dict[str, set[str]]) -> dict[str, str]:
 
 def declared(assumed: Assumptions) -> tuple[str, ...]:
     """What a machine declares beside what every drive reports, by the names of `MODEL`."""
-    checks = declared_checks(assumed)
-    found = {COUNTER: SHAFT_ANGLE in checks, POWER: DC_POWER in checks, PRESSURES: bool(measured_pressures(assumed))}
-    return tuple(name for name, there in found.items() if there)
+    inputs = declared_inputs(assumed)
+    found = {COUNTER: SHAFT_ANGLE, POWER: DC_POWER, PRESSURES: PRESSURE_A.name}
+    return tuple(name for name, one in found.items() if one in inputs)
 
 
 def model(further: Sequence[str]) -> dict[str, set[str]]:

@@ -309,11 +309,10 @@ LOAD_CHANGE_GAIN = Constant(
 )
 LOAD_CHANGE_SURE = Constant(1.55, "1", "root of 11 over the 5 % quantile of chi-squared of 11, 4.575")
 
-# Link angle.
-ANGLE_REPEAT = Constant(
-    2.1, "1", "correlation times between independent angles: two, plus rounding of the sample period"
-)
-ANGLE_LAG_STD = Constant(0.5, "1", "share of a lag that is unknown: uniform between none and twice")
+# Angles and readings of the position.
+NEVER = Constant(1e9, "s", "since what has not happened: longer than any time between readings")
+INDEPENDENT = Constant(2.0, "1", "correlation times between independent errors: they are alike by exp(-2), 14 %")
+LAG_STD = Constant(1.0 / math.sqrt(3.0), "1", "share of a lag that is unknown: uniform between none and twice")
 
 # Status.
 REFERENCE_DUE_SHARE = Constant(0.01, "1", "share of the stroke: standard deviation at which a reference is due")

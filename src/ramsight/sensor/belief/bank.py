@@ -331,14 +331,18 @@ class Bank:
         bank = self.weighed(tells, [odds if kind == Kind.UNKNOWN_POSITION else 0.0 for kind in self.model.kinds])
         return replace(bank, state=replace(bank.state, by_obstacle=all_of(was, negated(hold.released))))
 
-    def placed(self, m: Measurement, low: Flag, top: Flag) -> tuple[Bank, Measured]:
-        """After a measurement of the place: a contact with an end, a reference or an angle.
+    def placed(
+        self, m: Measurement, low: Flag | None = None, top: Flag | None = None, *, is_reading: bool = False
+    ) -> tuple[Bank, Measured]:
+        """After a measurement of the place: a contact with an end, a reference, an angle or a reading.
 
         Args:
             m: the measurement.
-            low: whether it is a contact at the retracted end.
-            top: whether it is one at the extended end.
+            low: whether it is a contact at the retracted end; None never.
+            top: whether it is one at the extended end; None never.
+            is_reading: whether it is a reading, which may be of something else.
         """
+        low, top = flag(False) if low is None else low, flag(False) if top is None else top
         model = self.model
         by_start = all_of(self.state.entered, negated(self.state.confirmed))
         m = replace(m, arrived=m.arrived + ca.if_else(by_start, self._start_variance, 0.0))
@@ -353,7 +357,8 @@ class Bank:
         innovations = ca.if_else(fits, before + INNOVATION_GAIN * (newest - 1.0 - before), before)
         by_low = self._placed(self.state.by_low, all_of(low, each[-1].fits), lost_before)
         by_top = self._placed(self.state.by_top, all_of(top, each[-1].fits), lost_before)
-        renewed, how = renewal(self.hypotheses, hypotheses, m, each, Placed(low, top, by_low, by_top, fits), model)
+        what = Placed(low, top, by_low, by_top, fits, is_reading)
+        renewed, how = renewal(self.hypotheses, hypotheses, m, each, what, model)
         final = [choose(m.use, new, old) for new, old in zip(renewed, self.hypotheses, strict=True)]
         moved = of_likeliest(final, [h.mean[Quantity.POSITION] for h in final])
         centred = tuple(h.shifted(-moved) for h in final)

@@ -14,12 +14,14 @@ from dataclasses import dataclass
 import casadi as ca
 
 from ramsight.engine.typed_state import leaf
-from ramsight.expression import Condition, Flag, Scalar, all_of, any_of, negated
+from ramsight.expression import Flag, Scalar, all_of, any_of, negated
 from ramsight.plant.linkage.lever import Lever
-from ramsight.sensor.assumptions import AssumedLinkAngle
+from ramsight.sensor.belief.measurement import Measurement
 from ramsight.sensor.circuit.load_step import LoadStep
-from ramsight.sensor.inputs.sample import LINK_ANGLE, Sample
-from ramsight.sensor.thresholds import ANGLE_LAG_STD, ANGLE_REPEAT, SHORTEST_STEP
+from ramsight.sensor.inputs.sample import LINK_ANGLE, Sample, lasted
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.quantity import Quantity
+from ramsight.sensor.thresholds import INDEPENDENT, LAG_STD, SHORTEST_STEP
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,43 +39,27 @@ class LinkState:
     angle: Scalar = leaf("rad")
 
 
-@dataclass(frozen=True)
-class LinkSample:
-    """An angle as a measurement of the position.
-
-    Attributes:
-        use: whether it is to be used.
-        place: where the piston is by it, now [m].
-        by_offset: how that follows the angle's error [m/rad].
-        variance: of the rest of its error [m2].
-    """
-
-    use: Flag
-    place: Scalar
-    by_offset: Scalar
-    variance: Scalar
-
-
 def read_angle(
     state: LinkState,
     sample: Sample,
     step: LoadStep,
-    lever: Lever,
-    assumed: AssumedLinkAngle,
+    stands: Scalar,
     known: Flag,
-    other: Condition,
-) -> tuple[LinkState, LinkSample]:
-    """The sample's angle, if it is to be used.
+    lever: Lever,
+    model: MachineModel,
+) -> tuple[LinkState, Measurement]:
+    """The angle that was used last, and the measurement of one that comes with a sample.
 
     Args:
         state: before the sample.
         sample: the sample.
         step: of the load observer.
-        lever: position over angle.
-        assumed: of the sensor of the angle.
+        stands: nominal position [m].
         known: whether a position is known at all.
-        other: whether a better measurement comes with this sample.
+        lever: position over angle.
+        model: of the machine.
     """
+    assumed = model.assumed.link_angle
     reported = sample.measured[LINK_ANGLE]
     there = ca.fabs(reported) < math.pi
     angle = ca.if_else(there, reported, 0.0)
@@ -83,13 +69,20 @@ def read_angle(
     error = (assumed.std * slope) ** 2
     since, gone = state.since + sample.elapsed, state.travel + travel
     moved = all_of(gone**2 > error, ca.fabs(angle - state.angle) > assumed.std)
-    fresh = all_of(since > ANGLE_REPEAT * assumed.correlation, moved)
-    due = all_of(there, any_of(fresh, negated(known)))
-    use = all_of(due, negated(other))
+    fresh = all_of(lasted(since, INDEPENDENT * assumed.correlation), moved)
+    use = all_of(there, any_of(fresh, negated(known)))
     after = LinkState(
         since=ca.if_else(use, 0.0, since),
         travel=ca.if_else(use, 0.0, gone),
         angle=ca.if_else(use, angle, state.angle),
     )
-    place = lever.position(angle) + late
-    return after, LinkSample(use, place, slope, error + (ANGLE_LAG_STD * late) ** 2)
+    measurement = Measurement(
+        use=use,
+        innovation=lever.position(angle) + late - stands,
+        H={Quantity.POSITION: 1.0, Quantity.ANGLE_OFFSET: slope},
+        R=error + (LAG_STD * late) ** 2,
+        alternative=ca.log(model.assumed.stops.lies / model.stroke),
+        teaches={one: True for one in Quantity if one != Quantity.COMPLIANCE},
+        stands=(stands, model.stroke),
+    )
+    return after, measurement

@@ -128,7 +128,8 @@ def applied(h: Hypothesis, m: Measurement) -> Applied:
     if not isinstance(m.arrived, float):
         covariance = covariance.added(Quantity.POSITION, ca.if_else(fits, m.arrived, 0.0))
     # What all measurements of a kind have in common is not learned, however many there are.
-    new = 1.0 if isinstance(m.common, float) else ca.fmax(1.0 - m.common**2 / known, EVENT_SHARE_LEAST)
+    shared = not isinstance(m.common, float) or m.common > 0.0
+    new = ca.fmax(1.0 - m.common**2 / known, EVENT_SHARE_LEAST) if shared else 1.0
     corrected = h.corrected(*_updated(covariance, m, innovation, m.R / new, fits))
     return Applied(
         hypothesis=corrected,

@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import casadi as ca
 
@@ -27,6 +28,8 @@ from ramsight.sensor.kind import Kind
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.thresholds import LOG_WEIGHT_LEAST, OUTSIDE, UNREACHABLE
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,16 @@ class Measured:
     moved: Scalar
     stages: tuple[Sequence[Hypothesis], ...]
 
+    def followed(self, bank: T, by: Measured) -> tuple[T, Measured]:
+        """What this and another one after it did to a bank, which is handed on."""
+        both = Measured(
+            accepted=any_of(self.accepted, by.accepted),
+            rejected=any_of(self.rejected, by.rejected),
+            moved=self.moved + by.moved,
+            stages=(*self.stages, *by.stages),
+        )
+        return bank, both
+
 
 @dataclass(frozen=True)
 class Placed:
@@ -54,6 +67,7 @@ class Placed:
         low, top: whether it is a contact with the retracted, with the extended end.
         by_low, by_top: whether *wrong* has its position from contacts with that end.
         accepted: whether the likeliest hypothesis used it.
+        is_reading: whether it is a reading, which may be of something else; a switch is none, nor is an angle.
     """
 
     low: Flag
@@ -61,6 +75,7 @@ class Placed:
     by_low: Flag
     by_top: Flag
     accepted: Flag
+    is_reading: bool = False
 
 
 @dataclass(frozen=True)
@@ -145,17 +160,20 @@ def renewal(
     was = before[0]
     was_known = was.position_variance < (0.25 * model.stroke) ** 2
     restarts = any_of(found, all_of(placed.accepted, any_of(wrong.log_weight < prior, negated(was_known))))
-    # A reference is never an obstacle.
-    obstacle = ca.if_else(any_of(placed.low, placed.top), m.something_else(m.R), UNREACHABLE)
+    # A reference is never an obstacle; a reading may be of something else.
+    met = any_of(placed.low, placed.top)
+    obstacle = m.something_else(m.R)
+    if not placed.is_reading:
+        obstacle = ca.if_else(met, obstacle, UNREACHABLE)
     odds = obstacle - ca.if_else(found, each[-1].likelihood, each[0].likelihood)
-    perhaps = all_of(restarts, odds < 0.0, odds > math.log(OUTSIDE))
+    perhaps = all_of(restarts, odds < 0.0, odds > (prior if placed.is_reading else math.log(OUTSIDE)))
     # A position that was unknown before an obstacle is unknown after it.
     weight = first.log_weight + odds
     unknown = unknown_position(first, ca.if_else(perhaps, ca.fmax(weight, prior), prior), model)
     goes_on = all_of(perhaps, was_known, negated(found))
     lost = all_of(restarts, negated(goes_on))
     again = choose(goes_on, was.with_log_weight(weight), unknown)
-    return [first, *between, choose(restarts, again, wrong)], Renewed(found, restarts, perhaps, lost)
+    return [first, *between, choose(restarts, again, wrong)], Renewed(found, restarts, all_of(perhaps, met), lost)
 
 
 def _ends_elsewhere(

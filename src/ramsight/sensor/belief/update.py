@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import casadi as ca
 
 from ramsight.engine.typed_state import leaf
-from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, flag, negated
+from ramsight.expression import Flag, Scalar, all_of, any_of, count, flag, negated, scalar
 from ramsight.plant.linkage.lever import Lever
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.bank import Bank
 from ramsight.sensor.belief.closed_volume import EventState, follow_event
 from ramsight.sensor.belief.link_angle import LinkState, read_angle
 from ramsight.sensor.belief.measurement import Measurement
+from ramsight.sensor.belief.reading import read_position
 from ramsight.sensor.belief.renewal import Measured
 from ramsight.sensor.checks.drive_check import DriveChecks
 from ramsight.sensor.circuit.delivery import one_sided
@@ -30,7 +31,7 @@ from ramsight.sensor.circuit.rest import creep
 from ramsight.sensor.contacts.contact_state import Contact
 from ramsight.sensor.contacts.mode import Mode, is_in
 from ramsight.sensor.inputs.intake import Intake
-from ramsight.sensor.inputs.sample import DC_POWER, PRESSURES, SHAFT_ANGLE, Sample, lasted
+from ramsight.sensor.inputs.sample import DC_POWER, PRESSURES, READINGS, SHAFT_ANGLE, Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.thresholds import (
@@ -41,6 +42,7 @@ from ramsight.sensor.thresholds import (
     FREE_TRAVEL_LEAST,
     LATE_LEAST,
     MOTOR_TURNS,
+    NEVER,
     PUMP_FRICTION_STD,
     RELEASED_STD_SHARE,
     SHORTEST_STEP,
@@ -65,6 +67,7 @@ class UpdateState:
         closed_for: how long a closed valve has kept the load from the pump [s].
         disputed: whether a reference was rejected and none has been accepted since.
         contradicted: by kind, whether inputs have contradicted each other since the last reference.
+        since: by input, time since its last reading that was used [s].
         event: a stop or a start of the motor against a closed valve.
     """
 
@@ -75,6 +78,7 @@ class UpdateState:
     closed_for: Scalar = leaf("s")
     disputed: Flag = leaf("1")
     contradicted: Mapping[str, Flag] = leaf("1", None)
+    since: Mapping[str, Scalar] = leaf("s", None)
     event: EventState
 
     @classmethod
@@ -91,7 +95,8 @@ class UpdateState:
             "sign": assumptions.inertia.std > 0.0,
         }
         contradicted = {kind: flag(False) for kind, declared in kinds.items() if declared}
-        return cls(contradicted=contradicted, event=EventState.initial())
+        since = {name: scalar(NEVER) for name in READINGS if name in measured}
+        return cls(contradicted=contradicted, since=since, event=EventState.initial())
 
 
 @dataclass(frozen=True)
@@ -188,7 +193,7 @@ def measure(
     lever: Lever | None,
     model: MachineModel,
 ) -> tuple[UpdateState, LinkState | None, Updated]:
-    """What torque, contact, reference or angle teach the filters.
+    """What torque, contact, reference, angle and readings teach the filters, one after the other.
 
     Args:
         state: before the sample.
@@ -201,16 +206,27 @@ def measure(
         model: of the machine.
     """
     closed_for, torque = _torque_evidence(state, at, met, model)
-    link, place = _place(link, at, met, lever, model)
     event, shown = follow_event(
         state.event, at.sample, at.step, at.torque_by, _shut_in(at, met), at.linearised_at, model
     )
     bank, _ = bank.update(torque)
     bank, _ = bank.update(shown)
     bank = bank.left(met.contact.hold, at.step.torque.noise)
+    place = _place(at, met, model)
     after, measured = bank.placed(place.measurement, place.low, place.top)
+    if link is not None and lever is not None:
+        known = any_of(at.known, measured.accepted)
+        link, angle = read_angle(link, at.sample, at.step, place.stands + measured.moved, known, lever, model)
+        after, measured = measured.followed(*after.placed(angle))
+    since, refused = {}, flag(False)
+    for name, before in state.since.items():
+        stands, assumed = place.stands + measured.moved, getattr(model.assumed, name)
+        since[name], reading = read_position(name, before, at.sample, at.step, stands, model.stroke, assumed)
+        after, read = after.placed(reading, is_reading=True)
+        refused = any_of(refused, read.rejected)
+        after, measured = measured.followed(after, read)
     passed = ca.if_else(measured.accepted, 0.0, met.relief.passed_std + flow.passed)
-    rejected = all_of(measured.rejected, at.sample.referenced)
+    rejected = any_of(all_of(measured.rejected, at.sample.referenced), refused)
     contradicted = _contradicted(state, at.checks, measured)
     new = UpdateState(
         passed_relief=passed,
@@ -220,6 +236,7 @@ def measure(
         closed_for=closed_for,
         disputed=all_of(negated(measured.accepted), any_of(state.disputed, rejected)),
         contradicted=contradicted,
+        since=since,
         event=event,
     )
     fault_passed = any_of(flag(False), *contradicted.values()) if contradicted else flag(False)
@@ -399,17 +416,22 @@ def _torque_evidence(
 
 @dataclass(frozen=True)
 class Place:
-    """A measurement of the place, and whether it is a contact with the retracted or the extended end."""
+    """A contact or a reference: a measurement of the place, and whether it is one with the retracted or extended end.
+
+    Attributes:
+        measurement: of it.
+        low, top: whether it is a contact with that end.
+        stands: nominal position without it [m].
+    """
 
     measurement: Measurement
     low: Flag
     top: Flag
+    stands: Scalar
 
 
-def _place(
-    link: LinkState | None, at: Prediction, met: ContactEvidence, lever: Lever | None, model: MachineModel
-) -> tuple[LinkState | None, Place]:
-    """The sample's reference, contact or angle: a reference goes before a contact, and that before an angle.
+def _place(at: Prediction, met: ContactEvidence, model: MachineModel) -> Place:
+    """The sample's reference or contact: a reference goes before a contact.
 
     What a torque shows while the drive's power contradicts it is no contact.
     """
@@ -423,26 +445,17 @@ def _place(
     given_way = (step.load.carried / model.stop_stiffness) ** 2
     own = (stops.contact * model.stroke) ** 2 + given_way
     end = ca.if_else(contact.at_top, model.stroke, 0.0)
-    place = ca.if_else(reported, sample.reference, end)
-    variance = ca.if_else(reported, stops.reference**2, own)
-    use = any_of(reported, evident)
     low, top = all_of(by_contact, negated(contact.at_top)), all_of(by_contact, contact.at_top)
-    H: dict[Quantity, Real] = {Quantity.POSITION: 1.0, Quantity.LOW: -count(low), Quantity.TOP: -count(top)}
-    if link is not None and lever is not None:
-        link, angle = read_angle(link, sample, step, lever, model.assumed.link_angle, at.known, use)
-        place, variance = ca.if_else(angle.use, angle.place, place), ca.if_else(angle.use, angle.variance, variance)
-        use = any_of(use, angle.use)
-        H[Quantity.ANGLE_OFFSET] = ca.if_else(angle.use, angle.by_offset, 0.0)
     chance = ca.if_else(by_contact, stops.obstacle, stops.lies)
     stands = ca.if_else(by_contact, contact.position, met.nominal)
     measurement = Measurement(
-        use=use,
-        innovation=place - stands,
-        H=H,
-        R=variance,
+        use=any_of(reported, evident),
+        innovation=ca.if_else(reported, sample.reference, end) - stands,
+        H={Quantity.POSITION: 1.0, Quantity.LOW: -count(low), Quantity.TOP: -count(top)},
+        R=ca.if_else(reported, stops.reference**2, own),
         alternative=ca.log(chance / model.stroke),
         teaches={one: True for one in Quantity if one != Quantity.COMPLIANCE},
         arrived=ca.if_else(by_contact, late**2 + contact.std**2, 0.0),
         stands=(stands, model.stroke),
     )
-    return link, Place(measurement, low, top)
+    return Place(measurement, low, top, ca.if_else(contact.found, contact.position, met.nominal))

@@ -22,7 +22,7 @@ from ramsight.sensor.checks.counter_check import CounterCheck, CounterCheckState
 from ramsight.sensor.checks.diagnosis import diagnose
 from ramsight.sensor.checks.disagreement import Disagreement, Sums, growth_from_onset
 from ramsight.sensor.checks.power_check import PowerReading, PowerState
-from ramsight.sensor.inputs.sample import DC_POWER, SHAFT_ANGLE, Sample
+from ramsight.sensor.inputs.sample import DC_POWER, SHAFT_ANGLE, Sample, declared_inputs
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import MEASURABLE_LIMIT
 
@@ -45,7 +45,7 @@ class DriveState:
     @classmethod
     def initial(cls, assumptions: Assumptions) -> DriveState | None:
         """Before the first sample; None where neither counter nor power is declared."""
-        declared = declared_checks(assumptions)
+        declared = declared_inputs(assumptions)
         if not declared:
             return None
         both = SHAFT_ANGLE in declared
@@ -89,12 +89,6 @@ class DriveChecks:
     def unless_contradicted(self, condition: Flag) -> Flag:
         """A condition, where no input contradicts another."""
         return all_of(condition, negated(self.contradicted)) if self.declared else condition
-
-
-def declared_checks(assumptions: Assumptions) -> tuple[str, ...]:
-    """The further inputs of a sensor for these checks."""
-    shaft = (SHAFT_ANGLE,) if assumptions.shaft.std > 0.0 else ()
-    return (*shaft, *((DC_POWER,) if assumptions.power.std > 0.0 else ()))
 
 
 def check_drive(

@@ -16,7 +16,7 @@ from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, Vector, all_of, flag, negated, scalar
 from ramsight.plant.balance import Solution
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.inputs.sample import PRESSURES, Sample
+from ramsight.sensor.inputs.sample import PRESSURES, Sample, declared_inputs
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
     PRESSURE_ABOVE,
@@ -50,16 +50,11 @@ class PressureState:
     @classmethod
     def initial(cls, assumptions: Assumptions) -> PressureState | None:
         """Before the first sample; None where no pressures are measured."""
-        names = measured_pressures(assumptions)
+        names = [one for one in declared_inputs(assumptions) if one in PRESSURES]
         if not names:
             return None
         zeros = {name: scalar(0.0) for name in names}
         return cls(shown=zeros, leaked=zeros, corrected=zeros)
-
-
-def measured_pressures(assumptions: Assumptions) -> tuple[str, ...]:
-    """The further inputs of a sensor: both pressures, or none."""
-    return PRESSURES if assumptions.pressure.std > 0.0 else ()
 
 
 @dataclass(frozen=True)

@@ -34,11 +34,6 @@ class MagnetState:
     warmer: Scalar = leaf("K")
 
 
-def declared_temperature(assumptions: Assumptions) -> tuple[str, ...]:
-    """The further input, where the motor's temperature is declared."""
-    return (MOTOR_TEMPERATURE,) if assumptions.motor_temperature.std > 0.0 else ()
-
-
 def gain_with_magnets(assumptions: Assumptions) -> Assumptions:
     """What is assumed with what a corrected torque may still be wrong by in its gain."""
     gain = math.hypot(assumptions.drive.torque_gain, assumptions.motor_temperature.std)

@@ -9,27 +9,28 @@ import casadi as ca
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, count, flag, flag_symbol, scalar, scalar_symbol
+from ramsight.logs import channels
 from ramsight.logs.channels import column_of
 from ramsight.plant.circuit import COMMANDED
+from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.thresholds import COMMAND_MOST, SHORTEST_STEP
 
 REPORTED = ("time", "motor_speed", "motor_torque", "oil_temperature")
 INPUTS = (*REPORTED, "reference", "reference_known")
 """Inputs of a step: what every drive reports, and a position that is known at that sample, if one is."""
 
-PRESSURES = ("pressure_a", "pressure_b")
-LINK_ANGLE = "link_angle"
-SHAFT_ANGLE = "shaft_angle"
-DC_POWER = "dc_power"
-MOTOR_TEMPERATURE = "motor_temperature"
-MEASURED = {
-    **dict.fromkeys(PRESSURES, ("Pa", "absolute")),
-    LINK_ANGLE: ("rad", "of the body that the cylinder turns, against what it hangs on, 0 as drawn"),
-    SHAFT_ANGLE: ("rad", "that the drive's counter shows of the shaft, growing where speed is positive"),
-    DC_POWER: ("W", "that the drive takes from its DC link, negative where it gives"),
-    MOTOR_TEMPERATURE: ("K", "of the motor, as its drive reports it"),
-}
+PRESSURES = (channels.PRESSURE_A.name, channels.PRESSURE_B.name)
+LINK_ANGLE, SHAFT_ANGLE = channels.LINK_ANGLE.name, channels.SHAFT_ANGLE.name
+DC_POWER, MOTOR_TEMPERATURE = channels.DC_POWER.name, channels.MOTOR_TEMPERATURE.name
+MEASURED = {one.name: (one.units, one.long_name) for one in channels.FURTHER}
 """Further inputs, where a machine declares them; not-a-number where one is missing: unit, and what they are."""
+READINGS = tuple(one.name for one in channels.READINGS)
+"""Those that are occasional readings of the position."""
+
+
+def declared_inputs(assumptions: Assumptions) -> tuple[str, ...]:
+    """The further inputs that a machine declares."""
+    return tuple(one.name for one in channels.FURTHER if getattr(assumptions, one.declared).std > 0.0)
 
 
 @dataclass(frozen=True)

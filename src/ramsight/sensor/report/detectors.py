@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.inputs.sample import READINGS
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import (
     EMPTY_TIME,
@@ -68,7 +69,7 @@ class Detector:
     @property
     def needs(self) -> tuple[str, ...]:
         """The signals that not every drive reports."""
-        return tuple(one for one in self.signals if one not in (*ALWAYS, REFERENCE))
+        return () if REFERENCE in self.signals else tuple(one for one in self.signals if one not in ALWAYS)
 
 
 def _percent(share: float) -> str:
@@ -124,9 +125,9 @@ DETECTORS = (
     ),
     Detector(
         Status.REFERENCE_REFUSED,
-        (REFERENCE,),
+        (REFERENCE, *READINGS),
         "references are true",
-        f"less likely than a switch that is wrong ({_percent(_ASSUMED.stops.lies)})",
+        f"less likely than a switch that is wrong ({_percent(_ASSUMED.stops.lies)}), or a reading (its `wrong`)",
         then="a second one that agrees is accepted",
     ),
     Detector(
