@@ -61,6 +61,19 @@ def test_an_outage_is_one_alert_however_many_pieces_it_lasts():
     assert counted.longest == pytest.approx(1.5)
 
 
+def test_every_outage_is_an_alert_of_its_own():
+    counted = Availability(5e-3, 0.25)
+    counted.append(a_track([1e-3, 9e-3, 9e-3, 9e-3, 9e-3] * 3))
+    assert counted.alerts == 3
+
+
+def alerts_by_hand(usable, time_to_alert):
+    """Stretches of samples that are not usable and last longer; a stretch ends with the first usable one."""
+    runs = "".join("1" if one else "0" for one in usable).split("1")
+    ends = [len(run) * PERIOD for run in runs[:-1]] + [(len(runs[-1]) - 1) * PERIOD]
+    return sum(lasts > time_to_alert for run, lasts in zip(runs, ends, strict=True) if run)
+
+
 @given(usable=st.lists(st.booleans(), min_size=2, max_size=60), cut=st.integers(1, 59))
 @settings(max_examples=60)
 def test_pieces_count_as_the_whole(usable, cut):
@@ -71,5 +84,5 @@ def test_pieces_count_as_the_whole(usable, cut):
     if cut < len(bounds):
         pieces.append(a_track(bounds[cut:], begin=PERIOD * cut))
     assert pieces.share == whole.share
-    assert pieces.alerts == whole.alerts
+    assert pieces.alerts == whole.alerts == alerts_by_hand(usable, 0.35)
     assert pieces.longest == pytest.approx(whole.longest)

@@ -7,7 +7,7 @@ import pytest
 
 from ramsight import machine
 from ramsight.calibration.cached import cache_file, calibrated
-from ramsight.calibration.movement import LOADS, TEMPERATURES, calibrate, sweep, tabulate
+from ramsight.calibration.movement import LOADS, TEMPERATURES, _on_common_grid, calibrate, sweep, tabulate
 from ramsight.calibration.sensor_file import table_hash
 from ramsight.plant.ddh import build_ddh
 
@@ -119,3 +119,10 @@ def test_where_nothing_can_be_kept_a_table_is_still_made(units, tmp_path, monkey
     blocked.write_text("in the way")
     monkeypatch.setenv("RAMSIGHT_CACHE", str(blocked))
     assert calibrated(units["boom"], **FEW).unit == "boom"
+
+
+def test_the_common_grid_is_that_of_the_middle_row():
+    torque = np.array([[1.0, 2.0, 3.0], [1.5, 2.5, 3.5], [2.0, 3.0, 4.0]])
+    grid, movement = _on_common_grid(torque[:, ::-1], 10.0 * torque[:, ::-1])
+    assert grid.tolist() == [1.5, 2.5, 3.5]
+    assert movement[1].tolist() == [15.0, 25.0, 35.0]

@@ -4,6 +4,7 @@ import hashlib
 import re
 from dataclasses import replace
 from datetime import datetime
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -420,3 +421,21 @@ def test_a_commissioning_that_failed_writes_no_machine(boom, tmp_path):
 def test_a_built_unit_has_no_description_to_be_tuned(boom, rehearsed, tmp_path):
     with pytest.raises(ramsight.DescriptionError, match="a built unit has none"):
         ramsight.commission(boom, rehearsed[0], tuned=tmp_path / "boom.toml")
+
+
+@pytest.mark.parametrize(
+    ("visits", "verdict"),
+    [
+        (["retracted", "extended"], Verdict.LOOK_TWICE),
+        (["retracted", "extended", "retracted"], Verdict.PASSED),
+        (["retracted"] * 3, Verdict.LOOK_TWICE),
+        (["retracted", "extended", "retracted", "elsewhere"], Verdict.LOOK_TWICE),
+        ([], Verdict.FAILED),
+    ],
+    ids=lambda value: "".join(one[0] for one in value) if isinstance(value, list) else value.name,
+)
+def test_three_visits_with_both_ends_among_them_tell_a_machine(monkeypatch, visits, verdict):
+    boom = ramsight.build("mining-loader", unit="boom")
+    found = [SimpleNamespace(where=where, position=0.1) for where in visits]
+    monkeypatch.setattr(sensor_checks, "visits", lambda track, stroke: found)
+    assert sensor_checks.stops(None, boom).verdict is verdict

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ramsight.calibration.flow_law import columns, fit, root, student
+from ramsight.calibration.flow_law import columns, fit, root, sandwich, student
 from ramsight.plant.efficiency import catalogue_pump
 
 ROOT = Path(__file__).parent.parent
@@ -114,3 +114,11 @@ def test_a_real_pump_obeys_the_law(monkeypatch):
     assert found["auc_1_2"] >= 0.99
     written = json.loads((ROOT / "study.json").read_text())["real_oil"]
     assert found == pytest.approx(written, rel=1e-6, abs=0.0)
+
+
+def test_of_one_row_a_cluster_the_covariance_is_that_of_a_mean():
+    """With a design of ones and every row for itself: the sum of squares over n (n - 1), Bessel's correction in it."""
+    drawn = np.random.default_rng(3).standard_normal(7)
+    residual = drawn - drawn.mean()
+    found = sandwich(np.ones((7, 1)), residual, np.arange(7))
+    assert found[0, 0] == pytest.approx(drawn.var(ddof=1) / 7, rel=1e-12)

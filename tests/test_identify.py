@@ -4,13 +4,14 @@ import importlib
 import json
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from ramsight import machine
 from ramsight.calibration.identify import FACTORS, IdentifyError, identify
-from ramsight.calibration.identify_moves import find_moves
+from ramsight.calibration.identify_moves import _lost, find_moves
 from ramsight.calibration.identify_record import recorded, running_mean
 from ramsight.calibration.identify_replay import Circuit, Deviation, opening_time_in_steps, orifice_at_one
 from ramsight.calibration.identify_report import summary
@@ -319,3 +320,15 @@ def test_the_page_quotes_the_studies(monkeypatch):
         assert held >= 0.93 * told, name
     error = max(figures["efficiency"]["error"] for figures in machines.values())
     assert error < 0.0015
+
+
+def test_across_a_gap_of_the_record_nobody_can_say_where_the_oil_went():
+    boom, count = UNITS["boom"], 400
+    step = np.full(count, 0.02)
+    step[200], step[300] = 0.11, 0.09
+    record = SimpleNamespace(
+        period=0.02, step=step, position=np.full(count, 0.3), motor_speed=np.full(count, 100.0), speed_step=0.1
+    )
+    run = SimpleNamespace(near_relief=np.zeros(count), suction=np.full(count, 1e6))
+    lost = _lost(boom, record, run, np.ones(count, dtype=bool), np.ones(count))
+    assert np.flatnonzero(lost).tolist() == [200], "more than five periods, and not less"

@@ -259,3 +259,13 @@ def test_check_says_what_a_bus_lacks(tmp_path):
     little = witnesses(load_map(map_file(tmp_path, ', noise = "0.01 N m"')))
     assert [there for _, there, _ in little] == [False] * 4
     assert "too little to be seen" in little[1][2]
+
+
+def test_a_drive_that_turned_while_disabled_is_not_believed_before_it_is_enabled():
+    alive, enabled, off = Liveness(300.0, None, 0.0, 0.1), 0x27, 0x21
+    seen = [(0.0, enabled), (0.0, off), (50.0, off), (0.0, off), (0.0, enabled)]
+    new = []
+    for k, (speed, state) in enumerate(seen):
+        alive.take(Report(PERIOD * k, speed, 20.0, state=float(state)), PERIOD)
+        new.append(alive.is_new())
+    assert new == [True, True, False, False, True]

@@ -18,6 +18,7 @@ from ramsight.machine import load_machine
 from ramsight.plant.build import build
 from ramsight.plant.ddh import build_ddh
 from ramsight.tracking.plausible import _signs, reportable
+from ramsight.tracking.pressed import Pressed
 from ramsight.tracking.watched import watched
 
 RPM = np.pi / 30.0
@@ -211,3 +212,15 @@ def test_a_torque_that_scatters_by_more_than_the_description_assumes_is_said(uni
         share = float(re.search(r'torque = "([0-9.]+) %"', found[0])[1])
         assert share == pytest.approx(100.0 * noise / 72.1, rel=0.15, abs=0.1)
         assert "while the motor stands" in found[0]
+
+
+def test_oil_over_a_relief_valve_is_no_travel():
+    """A motor that pushes against an end turns on: the rod goes nowhere meanwhile."""
+    boom = build(load_machine("mining-loader"), "boom")
+    pressed = Pressed(boom)
+    time = np.arange(0.0, 30.0, 0.02)
+    torque = np.full(len(time), pressed.sides[1].torque)
+    pressed.take(time, np.full(len(time), 100.0), torque, np.full(len(time), 313.15))
+    assert pressed.longest == 0.0
+    pressed.take(time + 30.0, np.full(len(time), 100.0), 0.5 * torque, np.full(len(time), 313.15))
+    assert pressed.longest > 0.5, "half the torque opens nothing"

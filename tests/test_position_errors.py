@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
+import xarray
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ramsight.errors import RamsightError
 from ramsight.logs import read_truth
 from ramsight.tracking import first_stop_contact, position_errors
+from ramsight.tracking.judged_errors import judge
 from ramsight.tracking.position_errors import ComparisonError, stop_visits, track_errors
 
 TIME = np.arange(0.0, 10.0, 0.1)
@@ -128,3 +130,18 @@ def test_samples_of_a_clock_that_was_set_back_are_left_out():
 def test_a_visit_to_a_stop_counts_once_however_long_it_lasts():
     position = [0.3, 0.0, 0.0, 0.001, 0.3, 0.5, 0.499, 0.3, 0.0]
     assert stop_visits(np.arange(9.0), position, 0.5).tolist() == [1.0, 5.0, 8.0]
+
+
+def test_a_track_is_judged_from_the_visit_on_that_is_asked_for():
+    """Three visits to a stop; the error is 3, 2, 1 and 0 mm before the first and after each."""
+    time = np.arange(0.0, 80.0, 0.1)
+    visit = (time % 20.0 >= 19.0) & (time < 70.0)
+    true = np.where(visit, 0.0, 0.2)
+    left = np.minimum(time // 20.0, 3.0)
+    names = ("position_std", "position_bound")
+    data = {"position": ("time", true + 1e-3 * (3.0 - left)), "status": ("time", np.zeros(len(time), dtype=int))}
+    data |= {name: ("time", np.full(len(time), 1e-2)) for name in names}
+    track = xarray.Dataset(data, coords={"time": time})
+    for after, largest in ((1, 2e-3), (2, 1e-3), (3, 0.0)):
+        found = judge(track, np.full(len(time), 100.0), true, 0.5, after=after)
+        assert found.largest == pytest.approx(largest, abs=1e-12)

@@ -160,3 +160,12 @@ def test_tracking_fails_where_the_truth_misses_what_is_required(tmp_path):
     refused = at_once(*track, "--require", "5", cwd=tmp_path)
     assert refused.returncode == 2
     assert "--require" in refused.stderr
+
+
+def test_what_it_is_good_for_counts_from_the_second_reference_on():
+    """Before two references have come the sensor has not learned the machine; the errors there say nothing of it."""
+    error = np.where(np.arange(300) < 100, 9e-3, 1e-3)
+    track = track_of(np.full(300, 1e-3), error=error, visits=(0, 100, 200))
+    found = require(track, Requirement(error=2e-3), STROKE)
+    assert not found.is_met
+    assert found.good_for >= 60.0
