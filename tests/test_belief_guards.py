@@ -16,11 +16,13 @@ from ramsight.sensor.belief.bank_state import BankState
 from ramsight.sensor.belief.hypothesis import BOUNDS, Hypothesis
 from ramsight.sensor.belief.measurement import Measurement, applied
 from ramsight.sensor.belief.mixture import Mixture, bayes
+from ramsight.sensor.circuit.load import _gains
+from ramsight.sensor.circuit.rest import UnseenLoad
 from ramsight.sensor.contacts.contact import _waiting
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.report.report import _others
+from ramsight.sensor.report.report import _others, position_bound
 from ramsight.sensor.thresholds import BAND_STEP, CONTACTS_ALIKE, LOG_WEIGHT_LEAST, OUTSIDE, SEPARATE_CONTACTS
 
 STROKE = 0.7
@@ -123,6 +125,34 @@ def test_a_torque_that_is_contradicted_moves_the_piston_by_what_the_oil_gives():
     hold.held, hold.travel_std = ca.SX(1.0), ca.SX(0.0)
     at.checks.torque_off = ca.SX(0.0)
     assert value(_others(at, SimpleNamespace(hold=hold), model)) == pytest.approx(1e-3**2 + (1e5 / 1e8) ** 2)
+
+
+@pytest.mark.parametrize("most", [0.0, 0.02])
+def test_a_bound_holds_what_a_load_may_do_that_nobody_sees(most):
+    known = bank(std=2e-3)
+    alone = value(known.limited().bound(scalar(1e-6)))
+    said = position_bound(known, scalar(1e-6), UnseenLoad(ca.SX(0.0), ca.SX(most)))
+    assert value(said) == pytest.approx(math.hypot(alone, most))
+    assert alone > 4.0 * 2e-3
+
+
+@pytest.mark.parametrize(
+    ("passive", "stands", "innovation", "corrects"),
+    [(True, 1.0, 5.0, False), (True, 1.0, -5.0, True), (True, 0.0, 5.0, True), (False, 1.0, 5.0, True)],
+)
+def test_a_load_that_only_resists_is_not_found_larger_while_it_stands(passive, stands, innovation, corrects):
+    """What holds a load that resists is friction and its own support: the torque shows a lower limit of it."""
+    state = SimpleNamespace(first_variance=ca.SX(1e6), variance=ca.SX(1e8))
+    free = SimpleNamespace(
+        torque_by_first=ca.SX(1e-4), torque_by_load=ca.SX(1e-4), noise=SimpleNamespace(variance=ca.SX(0.25)),
+        h=ca.SX(0.02), solution=SimpleNamespace(stands=ca.SX(stands)),
+    )  # fmt: skip
+    model = SimpleNamespace(
+        travel_per_radian=1e-4, torque_std=0.5, assumed=Assumptions(), relief_load=4e5, passive=passive
+    )
+    found = _gains(state, free, ca.SX(innovation), ca.SX(0.0), model)
+    assert (value(found.changing) > 0.0) == corrects
+    assert value(found.first) > 0.0
 
 
 def hypothesis(position, std, weight=0.0, low=0.0):

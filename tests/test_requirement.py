@@ -1,16 +1,19 @@
 """A requirement decides: what misses it fails, with what is missing; what nobody requires is said to be unjudged."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray
 
 import ramsight
-from ramsight.api.requirements import requirement_of
+from ramsight.api.requirements import required_unit
 from ramsight.machine import loads, template
+from ramsight.machine.assumption_description import SURE_START, AssumedIntegrity
 from ramsight.machine.requirement_description import Requirement
 from ramsight.sensor.contacts.mode import Mode
+from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.study.commissioning import requirement_finding
 from ramsight.study.commissioning.finding import Verdict
@@ -20,6 +23,7 @@ from ramsight.study.datasheet.sheet_requirement import SheetRequirement
 from ramsight.tracking.requirement_check import require
 
 from .command import at_once
+from .sensor_bench import Stepped
 
 STROKE = 0.5
 NORMAL_95 = 1.959964
@@ -117,13 +121,13 @@ def test_a_description_states_it_and_an_argument_takes_its_place():
     )
     boom = ramsight.build(loads(described))
     assert boom.requirement == Requirement(error=4e-3, ok=0.5)
-    assert requirement_of(boom, None) == boom.requirement
-    assert requirement_of(boom, "7 mm") == Requirement(error=7e-3, ok=0.5)
+    assert required_unit(boom, None).requirement == boom.requirement
+    assert required_unit(boom, "7 mm").requirement == Requirement(error=7e-3, ok=0.5)
     bare = ramsight.build("mining-loader", "boom")
-    assert requirement_of(bare, None) is None
+    assert required_unit(bare, None).requirement is None
     for wrong in ("7", "0.01 mm", "10 m", -1.0, float("nan"), "7 bar"):
         with pytest.raises(ramsight.DescriptionError, match="require"):
-            requirement_of(bare, wrong)
+            required_unit(bare, wrong)
 
 
 def test_a_sheet_that_misses_names_what_is_missing_and_what_mends_it():
@@ -169,3 +173,41 @@ def test_what_it_is_good_for_counts_from_the_second_reference_on():
     found = require(track, Requirement(error=2e-3), STROKE)
     assert not found.is_met
     assert found.good_for >= 60.0
+
+
+def test_a_requirement_says_when_a_position_is_ok():
+    plain = ramsight.build("mining-loader", "boom")
+    assert plain.assumptions.integrity.due == 0.01
+    asked = required_unit(plain, "2 mm")
+    assert asked.assumptions.integrity.due * 0.7 == pytest.approx(2e-3 / 1.96, rel=1e-4)
+    assert asked.assumptions.integrity.limit * 0.7 == pytest.approx(5.0 * 2e-3 / 1.96, rel=1e-4)
+    again = required_unit(asked, "4 mm").assumptions.integrity
+    assert again.due == pytest.approx(2.0 * asked.assumptions.integrity.due)
+    assert again.limit == pytest.approx(2.0 * asked.assumptions.integrity.limit)
+    loose = required_unit(plain, "600 mm").assumptions.integrity
+    assert loose.due <= 0.5
+    assert loose.limit == 0.5
+
+
+def test_what_the_description_states_of_ok_itself_holds():
+    loader = ramsight.load_machine("mining-loader")
+    stated = loader.replace(
+        {
+            "units.boom.requirement": Requirement(error=2e-3),
+            "units.boom.assumptions.integrity": AssumedIntegrity(limit=0.02, risk=1e-4),
+        }
+    )
+    found = ramsight.build(stated, "boom").assumptions.integrity
+    assert (found.limit, found.risk) == (0.02, 1e-4)
+    assert found.due * 0.7 == pytest.approx(2e-3 / 1.96, rel=1e-4)
+
+
+@pytest.mark.parametrize(("error", "status"), [("2 mm", Status.REFERENCE_DUE), ("10 mm", Status.OK)])
+def test_a_position_that_is_known_to_2_mm_is_ok_for_10_mm_and_not_for_2(error, status):
+    boom = required_unit(ramsight.build("mining-loader", "boom"), error)
+    boom = replace(boom, assumptions=boom.assumptions.replace(SURE_START))
+    sensor = Stepped(kalman(boom))
+    sensor.start(0.1, 1.5e-3)
+    columns = {"motor_speed": 0.0, "motor_torque": 0.0, "oil_temperature": 313.15}
+    log = xarray.Dataset({name: ("time", [one]) for name, one in columns.items()}, coords={"time": [0.0]})
+    assert sensor.track(log)["status"][-1] == status

@@ -177,6 +177,29 @@ def test_a_piston_goes_with_the_oil_that_its_load_presses_over_a_valve_unless_it
     assert float(found.passed) == pytest.approx(0.03 * elapsed)
 
 
+@pytest.mark.parametrize("room", [0.0, 1e-3, 1.0])
+def test_of_oil_over_a_valve_no_more_counts_than_the_piston_has_room_to_move(room):
+    nothing, travel = ca.DM(0.0), ca.DM(2e-3)
+    state = SimpleNamespace(free_travel=ca.DM(0.2), waiting_std=nothing, waiting_shift=nothing)
+    sample = SimpleNamespace(
+        extending_angle=ca.DM(20.0),
+        extending_speed=ca.DM(100.0),
+        last_extending_speed=ca.DM(100.0),
+        elapsed=ca.DM(0.02),
+    )
+    step = SimpleNamespace(z=None, motion=SimpleNamespace(travel=travel))
+    contact = SimpleNamespace(hold=SimpleNamespace(held=nothing, stands=nothing), place=SimpleNamespace(found=nothing))
+    met = SimpleNamespace(contact=contact, relief=SimpleNamespace(probability=ca.DM(1.0), passed_std=nothing))
+    bank = SimpleNamespace(room=lambda way, std: ca.DM(room))
+    model = SimpleNamespace(travel_per_radian=1e-4, stroke=0.5)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("ramsight.sensor.belief.update.blown", lambda z, speed, model: Blown(nothing, nothing))
+        found = relief_flow(state, bank, SimpleNamespace(sample=sample, step=step), met, model)
+    counts = min(2e-3, room)
+    assert float(found.back) == pytest.approx(counts), "all of it is expected to have passed"
+    assert float(found.passed) == pytest.approx(0.5 * counts)
+
+
 def test_what_passed_a_relief_valve_is_expected_and_uncertain():
     nothing, half, surely = (tuple(map(float, passed_share(ca.DM(d)))) for d in (0.0, 0.5, 1.0))
     assert nothing == (0.0, 0.0)

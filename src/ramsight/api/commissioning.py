@@ -13,7 +13,7 @@ import numpy as np
 
 from ramsight.api.arguments import log_argument, path_argument, truth_argument
 from ramsight.api.machines import description_of
-from ramsight.api.requirements import requirement_of
+from ramsight.api.requirements import required_unit
 from ramsight.api.tracking import track
 from ramsight.calibration.knowledge import MachineKnowledge, completed, of_identification, of_leak_test, of_sensor
 from ramsight.calibration.tuned import tuned as tuned_by
@@ -120,8 +120,8 @@ def commission(
     for key, asked_for in (("keep", keep), ("tuned", tuned)):
         if asked_for is not None and not isinstance(machine, str | Path | Machine):
             raise DescriptionError("is of a description, and a built unit has none", key=key, value=str(asked_for))
-    built = build(machine, unit)
-    asked = requirement_of(built, require)
+    built = required_unit(build(machine, unit), require)
+    asked = built.requirement
     known = known_map(channel_map)
     recorded = log_argument(log, known)
     said = known_position(truth_argument(truth), log, known, built)

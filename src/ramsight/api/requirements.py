@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ramsight.machine.requirement_description import Requirement
+from ramsight.plant.build import required
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.signals import Samples, Signals
 from ramsight.tracking.compared_track import with_error
@@ -13,8 +14,8 @@ from ramsight.units import argument, format_si
 Quantity = float | str
 
 
-def requirement_of(unit: HydraulicUnit, require: Quantity | Requirement | None) -> Requirement | None:
-    """The requirement that a unit is judged by.
+def required_unit(unit: HydraulicUnit, require: Quantity | Requirement | None) -> HydraulicUnit:
+    """A unit with the requirement that it is judged by, and whose sensor is ok by it.
 
     Args:
         unit: whose description may have one.
@@ -25,10 +26,11 @@ def requirement_of(unit: HydraulicUnit, require: Quantity | Requirement | None) 
         DescriptionError: the error cannot be read or is out of range.
     """
     if require is None or isinstance(require, Requirement):
-        return unit.requirement if require is None else require
+        return required(unit, require)
     stroke = format_si(unit.cylinder.stroke, "mm")
     error = argument(require, "m", "require", least="0.1 mm", most=stroke)
-    return Requirement(error=error) if unit.requirement is None else unit.requirement.replace({"error": error})
+    before = unit.requirement
+    return required(unit, Requirement(error=error) if before is None else before.replace({"error": error}))
 
 
 def achieved(done: Pieces, truth: Samples | None, asked: Requirement, unit: HydraulicUnit) -> RequirementCheck | None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ramsight.api.requirements import requirement_of
+from ramsight.api.requirements import required_unit
 from ramsight.errors import DescriptionError
 from ramsight.machine import AnyMachine, load_machine, only_unit
 from ramsight.machine.requirement_description import DAY, Requirement
@@ -88,7 +88,9 @@ class Study:
         if vary is not None and not isinstance(vary, Mapping):
             allowed = "{'leakage': '± 10 %'}"
             raise DescriptionError("are no tolerances by name", key="vary", value=vary, allowed=allowed)
-        self.requirement = requirement_of(build(self.machine, name), require)
+        self.requirement = required_unit(build(self.machine, name), require).requirement
+        if require is not None and self.requirement is not None:
+            self.machine = self.machine.replace({f"units.{name}.requirement": self.requirement})
         if isinstance(machines, bool) or not (isinstance(machines, int) and 1 <= machines <= _MOST):
             raise DescriptionError("is out of range", key="machines", value=machines, allowed=f"1 to {_MOST}")
         if isinstance(seed, bool) or not (isinstance(seed, int) and 0 <= seed < 2**63):

@@ -129,7 +129,7 @@ def track(
     """
     unit = named_unit(machine, unit)
     from ramsight.api.plotting import look_of
-    from ramsight.api.requirements import achieved, requirement_of
+    from ramsight.api.requirements import achieved, required_unit
     from ramsight.api.tracking import availability_of, follow, start_of
     from ramsight.machine import load_machine
     from ramsight.plant.build import build
@@ -141,9 +141,9 @@ def track(
     _check_files(machine, log, sensor, channel_map, truth, out, figure, state)
     look = look_of(width, style, is_drawn=figure is not None)
     description = load_machine(machine)
-    built = build(description, unit)
+    built = required_unit(build(description, unit), require)
     position, std = start_of(built, start, start_std)
-    asked = requirement_of(built, require)
+    asked = built.requirement
     waits = TIME_TO_ALERT if time_to_alert is None else time_to_alert
     available = availability_of(built, alarm_limit, waits)
     with strictly(is_strict=strict):

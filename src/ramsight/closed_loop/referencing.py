@@ -11,7 +11,6 @@ from ramsight.closed_loop.planning import Knowledge, Visit, due, expected, plan
 from ramsight.closed_loop.thresholds import LOAD_SAMPLES, LOAD_SPEED
 from ramsight.control.position import PositionControl
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import REFERENCE_DUE_SHARE
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 
 ASKS = frozenset(
@@ -57,7 +56,8 @@ class Referencing:
 
     def largest(self, control: PositionControl) -> float:
         """The standard deviation that no move of a cylinder may reach [m]."""
-        return REFERENCE_DUE_SHARE * control.unit.cylinder.stroke if self.limit is None else self.limit
+        unit = control.unit
+        return unit.assumptions.integrity.due * unit.cylinder.stroke if self.limit is None else self.limit
 
     def before(
         self,

@@ -49,6 +49,11 @@ class AssumedDrive(Part):
         float,
         quantity("N m", "torque that a slow motor may hold beside its pumps' friction", least="0 N m", most="1 kN m"),
     ] = 0.0
+    # A drive that reports its command: under load a supply that sags leaves 5 to 10 % of it.
+    slip: Annotated[
+        float,
+        quantity("%", "by which the shaft may turn less than reported, of the way, std", least="0 %", most="30 %"),
+    ] = 0.0
     # A drive that releases it within 0.2 s makes a decay of 60 ms faster by 30 %.
     release: Annotated[
         float,
@@ -319,8 +324,17 @@ class AssumedReading(Part):
 
 
 class AssumedIntegrity(Part):
-    """When a position is ok: a larger error than the limit is less likely than the risk."""
+    """When a position is ok: it is certain enough, and a larger error than the limit is less likely than the risk.
 
+    Where the unit states a requirement, what is left out here follows from that.
+    """
+
+    due: Annotated[
+        float,
+        quantity(
+            "%", "standard deviation, over the stroke, above which a reference is due", least="0.001 %", most="50 %"
+        ),
+    ] = 0.01
     limit: Annotated[
         float, quantity("%", "largest error that is accepted, over the stroke", least="0.01 %", most="50 %")
     ] = 0.05

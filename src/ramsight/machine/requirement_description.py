@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+from ramsight.machine.assumption_description import AssumedIntegrity
 from ramsight.machine.base import Part
 from ramsight.machine.declare import quantity
+from ramsight.normal import TWO_SIDED_95
 
 DAY = 86400.0
+MOST = 0.5  # share of the stroke; of a standard deviation that says anything, and of an error that is accepted
 
 
 class Requirement(Part):
-    """What the position has to achieve; commissioning, data sheet and track are judged by it.
+    """What the position has to achieve; commissioning, data sheet and track are judged by it, and *ok* says it.
 
     Example:
         >>> Requirement(error=5e-3).text
@@ -30,6 +33,26 @@ class Requirement(Part):
     visit_every: Annotated[
         float, quantity("s", "time after a reference for which that is required", least="1 s", most="24 h")
     ] = DAY
+
+    def integrity(self, assumed: AssumedIntegrity, stroke: float) -> AssumedIntegrity:
+        """When a position is ok by this: its standard deviation is that of a normal error within it.
+
+        The largest error that is accepted stays as many of those deviations as it is without a requirement. What the
+        description states of both itself holds.
+
+        Args:
+            assumed: as described.
+            stroke: of the cylinder [m].
+
+        Example:
+            >>> found = Requirement(error="5 mm").integrity(AssumedIntegrity(), 0.5)
+            >>> round(found.due, 5), round(found.limit, 4), found.risk
+            (0.0051, 0.0255, 0.001)
+        """
+        due = min(self.error / TWO_SIDED_95 / stroke, MOST)
+        stated = assumed.model_fields_set
+        found = {"due": due, "limit": min(assumed.limit / assumed.due * due, MOST)} | assumed.model_dump(include=stated)
+        return AssumedIntegrity.model_construct(_fields_set=stated, **{**assumed.model_dump(), **found})
 
     @property
     def text(self) -> str:

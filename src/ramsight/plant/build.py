@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import load_machine, only_unit
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
 from ramsight.machine.linkage import Linkage
+from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.composed import ComposedUnit, build_composed
 from ramsight.plant.ddh import DdhUnit, build_ddh
 from ramsight.plant.linkage.lever import lever
 from ramsight.plant.unit import HydraulicUnit
 
+U = TypeVar("U", bound=HydraulicUnit)
 AnyUnit = str | Path | Machine | Unit | HydraulicUnit
 
 
@@ -55,7 +58,18 @@ def build(machine: AnyUnit, unit: str | None = None) -> HydraulicUnit:
 
 def _built(name: str, unit: Unit, linkage: Linkage | None) -> DdhUnit | ComposedUnit:
     if isinstance(unit, DirectDriven):
-        return replace(build_ddh(name, unit), lever=lever(linkage, name), requirement=unit.requirement)
-    if isinstance(unit, Composed):
-        return replace(build_composed(name, unit), lever=lever(linkage, name), requirement=unit.requirement)
-    raise TypeError(f"{type(unit).__name__} is no unit that can be built")
+        built: DdhUnit | ComposedUnit = build_ddh(name, unit)
+    elif isinstance(unit, Composed):
+        built = build_composed(name, unit)
+    else:
+        raise TypeError(f"{type(unit).__name__} is no unit that can be built")
+    return required(replace(built, lever=lever(linkage, name)), unit.requirement)
+
+
+def required(unit: U, asked: Requirement | None) -> U:
+    """A unit whose position is required for something: that says when its sensor is ok."""
+    if asked is None:
+        return unit
+    integrity = asked.integrity(unit.assumptions.integrity, float(unit.cylinder.stroke))
+    assumptions = unit.assumptions.model_copy(update={"integrity": integrity})
+    return replace(unit, requirement=asked, assumptions=assumptions)

@@ -31,7 +31,6 @@ from ramsight.sensor.thresholds import (
     OUTSIDE,
     OUTSIDE_STROKE_STD,
     OVERSPEED_SHARE,
-    REFERENCE_DUE_SHARE,
     RELIEF_BALANCE_SHARE,
     STOP_ZONE,
     TIME_LEAST,
@@ -193,7 +192,7 @@ def _status(
     """The last of those that hold, in the order of the detectors."""
     stroke = model.stroke
     rows: Mapping[Status, Flag] = {
-        Status.REFERENCE_DUE: std > REFERENCE_DUE_SHARE * stroke,
+        Status.REFERENCE_DUE: std > model.assumed.integrity.due * stroke,
         Status.OUTSIDE_TEMPERATURE: outside_temperature(sample),
         Status.OUTSIDE_SPEED: ca.fabs(sample.motor_speed) > OVERSPEED_SHARE * model.max_speed,
         Status.TEMPERATURE_LOST: intake.temperature_bad,

@@ -315,7 +315,6 @@ INDEPENDENT = Constant(2.0, "1", "correlation times between independent errors: 
 LAG_STD = Constant(1.0 / math.sqrt(3.0), "1", "share of a lag that is unknown: uniform between none and twice")
 
 # Status.
-REFERENCE_DUE_SHARE = Constant(0.01, "1", "share of the stroke: standard deviation at which a reference is due")
 UNCERTAIN_SHARE = Constant(0.1, "1", "share of the stroke: standard deviation at which a position is no use")
 OUTSIDE_STROKE_STD = Constant(4.0, "1", "standard deviations outside the stroke, 1 in 16000")
 OUTSIDE_STROKE_LEAST = Constant(5e-3, "m", "stops give way by less")

@@ -265,9 +265,11 @@ def _grows(at: Prediction, contact: Contact, passed: Scalar, model: MachineModel
     drawn = unfilled_std(step.z, sample.motor_speed, model)
     starves = drawn * ca.fabs(sample.extending_angle * model.travel_per_radian)
     grows = at.intake.drift + passed + ca.if_else(rests, creeps, 0.0) + at.checks.grows + starves
+    # A reported speed that is no measured one is wrong by about the same share for long.
+    slips = model.assumed.drive.slip * ca.fabs(sample.extending_angle * model.travel_per_radian)
     # While a bouncing load unloads the chamber, the pump may draw from the tank: the flow is then all or none.
     bounces = BOUNCE_STD_SHARE * step.load.empty_share * ca.fabs(step.motion.travel)
-    return grows + RELEASED_STD_SHARE * ca.fabs(contact.hold.went) + bounces + step.motion.flies
+    return grows + RELEASED_STD_SHARE * ca.fabs(contact.hold.went) + bounces + step.motion.flies + slips
 
 
 def _contradicted(state: UpdateState, checks: DriveChecks, measured: Measured) -> dict[str, Flag]:

@@ -21,7 +21,6 @@ from ramsight.sensor.thresholds import (
     OUTSIDE_STROKE_LEAST,
     OUTSIDE_STROKE_STD,
     OVERSPEED_SHARE,
-    REFERENCE_DUE_SHARE,
     RELIEF_RANGE,
     REST_TORQUE_SHARE,
     SIGN_ALARM,
@@ -92,7 +91,7 @@ DETECTORS = (
         Status.REFERENCE_DUE,
         ALWAYS,
         "the position is known well enough",
-        f"standard deviation above {_percent(REFERENCE_DUE_SHARE)} of the stroke, or an error above "
+        f"standard deviation above {_percent(_ASSUMED.integrity.due)} of the stroke, or an error above "
         f"{_percent(_ASSUMED.integrity.limit)} of it likelier than {_percent(_ASSUMED.integrity.risk)}",
     ),
     Detector(
@@ -148,7 +147,7 @@ DETECTORS = (
         Status.POSITION_LOST,
         (TORQUE,),
         "little oil has passed a relief valve",
-        f"its share of the deviation above {_percent(REFERENCE_DUE_SHARE)} of the stroke",
+        f"its share of the deviation above {_percent(_ASSUMED.integrity.due)} of the stroke",
         "until a reference",
     ),
     Detector(

@@ -83,7 +83,7 @@ def report(
     beyond = bank.beyond(model.assumed.integrity.limit * model.stroke, seen)
     position = PositionEstimate(outcome.nominal, std, overall, ca.sqrt(spread), beyond, outcome.known)
     status = status_of(at, updated, outcome.disputed, position, implausible, model)
-    bound = ca.sqrt(bank.limited().bound(others + updated.pending**2) ** 2 + unseen.most**2)
+    bound = position_bound(bank, others + updated.pending**2, unseen)
     shown, astray = _shown(state, at, updated, outcome, model)
     velocity = _velocity(state, sample, step, contact)
     more: Outputs = {
@@ -98,6 +98,17 @@ def report(
     }
     after = ReportState(position=shown, velocity=velocity, unseen=unseen_state, plausibility=plausibility)
     return after, Report(shown, std + astray, velocity, step.load.value, status, more)
+
+
+def position_bound(bank: Bank, others: Scalar, unseen: UnseenLoad) -> Scalar:
+    """The error that no more than `RISK` of the samples exceed [m], a load that changes unseen among its causes.
+
+    Args:
+        bank: the hypotheses.
+        others: variance of the position beside theirs [m2].
+        unseen: what such a load may have done.
+    """
+    return ca.sqrt(bank.limited().bound(others) ** 2 + unseen.most**2)
 
 
 def _unseen(

@@ -23,7 +23,6 @@ from ramsight.sensor.thresholds import (
     OUTSIDE_STROKE_LEAST,
     OUTSIDE_STROKE_STD,
     OVERSPEED_SHARE,
-    REFERENCE_DUE_SHARE,
     REST_SMOOTHING,
     REST_TORQUE_SHARE,
     TRANSIENT_TIME,
@@ -117,7 +116,7 @@ def _conditions(
     outside = beyond > OUTSIDE_STROKE_STD * position.std + OUTSIDE_STROKE_LEAST
     return {
         Status.REFERENCE_DUE: any_of(
-            position.settled > REFERENCE_DUE_SHARE * stroke, position.beyond > model.assumed.integrity.risk
+            position.settled > model.assumed.integrity.due * stroke, position.beyond > model.assumed.integrity.risk
         ),
         Status.OUTSIDE_TEMPERATURE: outside_temperature(sample),
         Status.OUTSIDE_SPEED: ca.fabs(sample.motor_speed) > OVERSPEED_SHARE * model.max_speed,
@@ -127,7 +126,7 @@ def _conditions(
         Status.REFERENCE_REFUSED: disputed,
         Status.SPEED_WRONG: any_of(checks.speed_wrong, intake.replaced),
         Status.COUNTER_WRONG: checks.counter_wrong,
-        Status.POSITION_LOST: updated.relief.passed_std > REFERENCE_DUE_SHARE * stroke,
+        Status.POSITION_LOST: updated.relief.passed_std > model.assumed.integrity.due * stroke,
         Status.FAULT_PASSED: updated.fault_passed,
         Status.NOT_REFERENCED: negated(position.known),
         Status.TOO_UNCERTAIN: all_of(position.known, position.overall > UNCERTAIN_SHARE * stroke),

@@ -155,9 +155,7 @@ def plan(
     if (angle := machine.unit(unit).assumptions.link_angle.std) > 0.0:
         text = "a data sheet is of a unit without its mechanism: leave the sensor of its angle out"
         raise DescriptionError(text, key=f"units.{unit}.assumptions.link_angle.std", value=angle, allowed="0")
-    alone = machine.model_copy(
-        update={"units": {unit: machine.unit(unit).model_copy(update={"requirement": None})}, "linkage": None}
-    )
+    alone = machine.model_copy(update={"units": {unit: machine.unit(unit)}, "linkage": None})
     made = Plan("\n".join(as_toml(alone, {})), unit, work, sensor, quantities, _pairs(pairs), seed, method, count)
     _ = made._correlation  # refused here if it is none
     return made
