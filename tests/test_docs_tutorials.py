@@ -14,6 +14,8 @@ TUTORIALS = sorted(page.stem for page in (ROOT / "docs" / "tutorials").glob("*.m
 SLOW = {"commissioning-at-your-desk", "onto-can", "into-c"}
 """Those that take more than ten seconds of processor time, or play a log in real time."""
 NEEDS = {"onto-can": "can", "into-c": "cc"}
+TRIES = {"onto-can": 3}
+"""Of what plays a log in real time: a computer that is busy with others loses frames of it, and the sensor its place."""
 
 
 def marked(name):
@@ -47,6 +49,20 @@ def typed(tmp_path):
     return folder, run
 
 
+def typed_until_it_shows(run, block, tries):
+    """What a block says, the last of some tries."""
+    for left in reversed(range(tries)):
+        try:
+            said = run(block.text)
+        except AssertionError:
+            if not left:
+                raise
+            continue
+        if block.shown is None or alike(said, block.shown):
+            return said
+    return said
+
+
 def test_there_are_six_tutorials_and_a_block_is_saved_where_its_page_says():
     assert len(TUTORIALS) >= 6
     assert SLOW | NEEDS.keys() <= set(TUTORIALS)
@@ -64,7 +80,7 @@ def test_a_tutorial_runs_as_it_is_written(name, typed):
     shown = 0
     for block in blocks(f"docs/tutorials/{name}.md"):
         if block.kind == "sh":
-            said = run(block.text)
+            said = typed_until_it_shows(run, block, TRIES.get(name, 1))
             if block.shown is not None:
                 shown += 1
                 assert alike(said, block.shown), (block.text, said, block.shown)

@@ -14,8 +14,6 @@ from hypothesis import strategies as st
 
 import ramsight
 from ramsight import machine
-from ramsight.deploy.c_folder import write_sensor
-from ramsight.deploy.compiler import find_compiler
 from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.listening import Listener
 from ramsight.duty import report, simulate
@@ -43,7 +41,6 @@ from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import MEMORY_TIME
 from ramsight.sensor.virtual_sensor import Report, close
 
-from .golden import golden
 from .sensor_bench import Fed, Stepped
 
 SHAFT, POWER = {"shaft.std": math.radians(0.05)}, {"power.std": 0.005}
@@ -461,20 +458,6 @@ objects = ["6079h", "6078h"]
     assert said == pytest.approx([96.0 * 75.0, -96.0 * 30.0])
     assert listener.take(Frame(0x185, struct.pack("<ih", 1500, 160)), 0.5, 0.5)
     assert math.isnan(listener.sample(0.5).further["dc_power"]), "a voltage that is too old makes no power"
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
-def test_exported_c_takes_them_and_keeps_the_counter_in_a_double(tmp_path):
-    keys = {**SHAFT, **POWER}
-    described = LOADER.replace({f"units.boom.assumptions.{key}": value for key, value in keys.items()})
-    done = write_sensor(described, "boom", tmp_path / "boom", compiler="")
-    header = (tmp_path / "boom" / "ramsight_boom.h").read_text(encoding="utf-8")
-    assert "double shaft_angle; /* that the drive's counter shows" in header
-    assert "ramsight_boom_real dc_power; /*" in header
-    assert "double intake_counter_angle;" in header
-    for single in (False, True):
-        assert "passed" in golden(done.folder, "ramsight_boom", single=single)
 
 
 OTHER = Path(__file__).parent / "traces" / "drive_dc.csv"

@@ -9,8 +9,6 @@ import pytest
 import xarray
 
 from ramsight import machine
-from ramsight.deploy.c_folder import write_sensor
-from ramsight.deploy.compiler import find_compiler
 from ramsight.duty import report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.faults import Fault, inject
@@ -24,7 +22,6 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import SIGN_ALARM
 
-from .golden import golden
 from .sensor_bench import Stepped
 
 ROOT = Path(__file__).parents[1]
@@ -149,13 +146,3 @@ def test_it_steps_the_same_without_being_compiled(day, sensor):
     sensor.start(float(run["position"][0]))
     plain.state[:] = [sensor.state[name] for name in sensor.recursion.state]
     np.testing.assert_allclose(plain.track(short)["sign_reversed"], track["sign_reversed"].values, atol=1e-6)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")
-def test_exported_c_says_the_same(tmp_path):
-    described = LOADER.replace({"units.boom.assumptions.inertia.std": 0.3})
-    done = write_sensor(described, "boom", tmp_path / "boom", compiler="")
-    assert "RAMSIGHT_BOOM_SIGN_CONTRADICTED = 50" in (done.folder / "ramsight_boom.h").read_text(encoding="utf-8")
-    for single in (False, True):
-        assert "passed" in golden(done.folder, "ramsight_boom", single=single)

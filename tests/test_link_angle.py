@@ -8,8 +8,6 @@ import pytest
 
 import ramsight
 from ramsight import machine
-from ramsight.deploy.c_folder import write_sensor
-from ramsight.deploy.compiler import find_compiler
 from ramsight.duty import DriveReport, report, simulate
 from ramsight.duty.link_report import LinkReport, declared_link
 from ramsight.duty.work_day import work_day
@@ -20,8 +18,6 @@ from ramsight.plant.linkage import build_mechanism, joints
 from ramsight.plant.linkage.lever import lever
 from ramsight.sensor.kalman import kalman
 from ramsight.tracking.judged_errors import judge
-
-from .golden import golden
 
 LOADER = machine.load_machine("mining-loader")
 BOOM = build(LOADER, "boom")
@@ -168,14 +164,3 @@ def test_a_declared_angle_is_rehearsed_and_used(tmp_path):
     assert "link_angle" not in ramsight.drive_report(run, seed=4)
     track = ramsight.track(declared, first, truth=run)
     assert track.attrs["error_largest"] < 10e-3
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
-def test_exported_c_takes_the_angle(tmp_path):
-    described = LOADER.replace({"units.boom.assumptions.link_angle.std": STD})
-    done = write_sensor(described, "boom", tmp_path / "boom", compiler="")
-    header = (tmp_path / "boom" / "ramsight_boom.h").read_text(encoding="utf-8")
-    assert "ramsight_boom_real link_angle; /* angle of the body that the cylinder turns" in header
-    for single in (False, True):
-        assert "passed" in golden(done.folder, "ramsight_boom", single=single)

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from ramsight import machine
-from ramsight.deploy.c_folder import write_sensor
-from ramsight.deploy.compiler import find_compiler
 from ramsight.duty import Magnets, report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
@@ -15,8 +13,6 @@ from ramsight.logs import read_log, write_log
 from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-
-from .golden import golden
 
 LOADER = machine.load_machine("mining-loader")
 DESCRIBED = build(LOADER.unit("boom"), "boom")
@@ -101,12 +97,3 @@ def test_logs_keep_it_in_degrees(day, tmp_path):
     (tmp_path / "map.toml").write_text(text)
     mapped = read_log(tmp_path / "log.csv", tmp_path / "map.toml")
     np.testing.assert_allclose(mapped["motor_temperature"], log["motor_temperature"])
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")
-def test_exported_c_takes_it(tmp_path):
-    described = LOADER.replace({"units.boom.assumptions.motor_temperature.std": 0.01})
-    done = write_sensor(described, "boom", tmp_path / "boom", compiler="")
-    assert "motor_temperature; /* of the motor" in (done.folder / "ramsight_boom.h").read_text(encoding="utf-8")
-    assert "passed" in golden(done.folder, "ramsight_boom", single=False)

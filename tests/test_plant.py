@@ -58,7 +58,7 @@ def radau(model, initial, segments, times):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "load", "celsius"), [("boom", 441e3, 40.0), ("bucket", 162e3, 60.0)])
+@pytest.mark.parametrize(("name", "load", "celsius"), [("bucket", 162e3, 60.0)])
 def test_a_cycle_agrees_with_radau_within_a_micrometre(name, load, celsius):
     unit = UNITS[name]
     duty = lift_lower(unit, load, celsius + 273.15, hold=0.6)

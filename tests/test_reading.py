@@ -9,8 +9,6 @@ import pytest
 import ramsight
 from ramsight import machine
 from ramsight.api.commissioning import _mending
-from ramsight.deploy.c_folder import write_sensor
-from ramsight.deploy.compiler import find_compiler
 from ramsight.deploy.fmeda import fmeda_table
 from ramsight.duty.live_further import LiveFurther
 from ramsight.duty.reading import ReadingReport, declared_readings
@@ -20,8 +18,6 @@ from ramsight.logs.mapped import SI
 from ramsight.plant.build import build
 from ramsight.sensor.inputs.sample import MEASURED, declared_inputs
 from ramsight.sensor.report.detectors import DETECTORS
-
-from .golden import golden
 
 NAME = "absolute_position"
 HOW = {"std": "2 mm", "offset": "1 mm", "delay": "100 ms", "wrong": "2 %", "every": "10 s"}
@@ -163,16 +159,3 @@ def test_a_mapped_reading_counts_once_at_the_sample_that_comes_with_it_or_after_
     found = read_log(tmp_path / "log.csv", tmp_path / "map.toml")[NAME].values
     assert np.flatnonzero(np.isfinite(found)).tolist() == [7]
     assert found[7] == pytest.approx(0.125)
-
-
-# Exports
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
-def test_exported_c_takes_readings(tmp_path):
-    done = write_sensor(DECLARED, "boom", tmp_path / "boom", compiler="")
-    header = (tmp_path / "boom" / "ramsight_boom.h").read_text(encoding="utf-8")
-    assert f"ramsight_boom_real {NAME}; /* position of an occasional absolute sensor" in header
-    for single in (False, True):
-        assert "passed" in golden(done.folder, "ramsight_boom", single=single)
