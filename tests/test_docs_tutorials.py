@@ -15,7 +15,7 @@ SLOW = {"commissioning-at-your-desk", "onto-can", "into-c"}
 """Those that take more than ten seconds of processor time, or play a log in real time."""
 NEEDS = {"onto-can": "can", "into-c": "cc"}
 TRIES = {"onto-can": 3}
-"""Of what plays a log in real time: a computer that is busy with others loses frames of it, and the sensor its place."""
+"""Of what plays a log in real time: a computer that is busy with others loses frames, and the sensor its place."""
 
 
 def marked(name):
