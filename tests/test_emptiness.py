@@ -4,7 +4,7 @@ import casadi as ca
 import pytest
 
 from ramsight.sensor.circuit.emptiness import Emptiness, EmptyState, emptiness, not_risen
-from ramsight.sensor.thresholds import LOAD_MEMORY, NO_LOAD_GATE, TORQUE_OFFSET
+from ramsight.sensor.thresholds import LOAD_MEMORY, SURE_STDS, TORQUE_OFFSET
 
 
 class Mast:
@@ -24,7 +24,7 @@ class Lowered:
     elapsed = ca.DM(0.02)
 
 
-OFFSET = NO_LOAD_GATE * TORQUE_OFFSET * Mast.relief_torque / Mast.travel_per_radian  # N
+OFFSET = SURE_STDS * TORQUE_OFFSET * Mast.relief_torque / Mast.travel_per_radian  # N
 
 
 def seen(load, *, carried=0.0, since=0.0, std=10.0, friction=0.0, sample=Lowered):

@@ -9,7 +9,7 @@ import casadi as ca
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Scalar, all_of, any_of, negated
 from ramsight.sensor.inputs.sample import Sample, SampleState, lasted
-from ramsight.sensor.thresholds import RELIEF_TIME
+from ramsight.sensor.thresholds import NOISE_AVERAGED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +49,7 @@ def relief_loss(state: ReliefLossState, sample: Sample, relief_open: Flag) -> Re
         relief_open: whether it looks like that; noise is distinguished from it by how long it lasts.
     """
     open_for = ca.if_else(relief_open, state.open_for + sample.elapsed, 0.0)
-    unobservable = any_of(state.unobservable, lasted(open_for, RELIEF_TIME))
+    unobservable = any_of(state.unobservable, lasted(open_for, NOISE_AVERAGED))
     return ReliefLossState(open_for=open_for, unobservable=all_of(negated(sample.referenced), unobservable))
 
 

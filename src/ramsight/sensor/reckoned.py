@@ -28,14 +28,14 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.report.status_rules import outside_temperature
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import (
+    NOISE_AVERAGED,
     OUTSIDE,
-    OUTSIDE_STROKE_STD,
     OVERSPEED_SHARE,
     RELIEF_BALANCE_SHARE,
     STOP_ZONE,
+    SURE_STDS,
     TIME_LEAST,
     UNCERTAIN_SHARE,
-    VELOCITY_SMOOTHING,
 )
 from ramsight.sensor.virtual_sensor import REFERENCED_NOW, Outputs, Report, Section, VirtualSensor, close
 
@@ -166,7 +166,7 @@ def _step(state: CountedState, raw: Raw, model: MachineModel) -> tuple[CountedSt
 
 def _checked_reference(sample: Sample, model: MachineModel) -> tuple[Flag, Sample]:
     """Whether a reference lies where no piston can be, and the sample without it."""
-    far = OUTSIDE_STROKE_STD * model.assumed.stops.reference
+    far = SURE_STDS * model.assumed.stops.reference
     inside = all_of(sample.reference >= -far, sample.reference <= model.stroke + far)
     refused = all_of(sample.referenced, negated(inside))
     return refused, replace(sample, referenced=all_of(sample.referenced, inside))
@@ -176,7 +176,7 @@ def _velocity(state: CountedState, sample: Sample, travel: Scalar) -> Scalar:
     """Smoothed [m/s]."""
     dt = sample.elapsed
     moving = ca.if_else(dt > 0.0, travel / ca.fmax(dt, TIME_LEAST), 0.0)
-    return state.report.velocity + dt / (VELOCITY_SMOOTHING + dt) * (moving - state.report.velocity)
+    return state.report.velocity + dt / (NOISE_AVERAGED + dt) * (moving - state.report.velocity)
 
 
 def _status(

@@ -10,6 +10,14 @@ import math
 
 from ramsight.constant import Constant
 
+# What several of them share.
+SURE_STDS = Constant(4.0, "1", "standard deviations that noise exceeds once in 16000 samples")
+LIKELY_STDS = Constant(3.0, "1", "standard deviations within which 99.7 % of a normal error lies")
+USUAL_STDS = Constant(2.0, "1", "standard deviations within which 95 % of what is usual lies")
+TINY = Constant(1e-9, "1", "keeps quotients finite")
+NOISE_AVERAGED = Constant(0.1, "s", "averages the noise of five usual samples")
+END_GIVES = Constant(5e-3, "1", "share of the stroke: ends give way and are described to about that")
+
 # The motor stands: four speeds, because four things end with it.
 MOTOR_AT_REST = Constant(0.06, "rad/s", "half a step of 1 rpm, in which drives report speeds: below it the report is 0")
 MOTOR_TURNS = Constant(
@@ -47,7 +55,7 @@ BRIDGE_ERROR_SHARE = Constant(0.25, "1", "half the mean of both speeds around a 
 
 # Input check: values.
 COMMAND_MOST = Constant(1.5, "1", "a command of 1 to here is rounded; beyond it is in another unit, and no command")
-SPEED_LIMIT_SHARE = Constant(1.5, "1", "share of the highest speed; drives trip at 1.1 to 1.3")
+LIMIT_SHARE = Constant(1.5, "1", "share of the highest speed that no shaft exceeds; drives trip at 1.1 to 1.3")
 OVERSPEED_SHARE = Constant(1.05, "1", "share of the highest speed; drives overshoot by up to 5 %")
 TORQUE_LIMIT_SHARE = Constant(1.5, "1", "share of the torque at relief pressure on both sides; friction adds below 0.5")
 TEMPERATURE_LOWEST = Constant(203.15, "K", "-70 degC: no mineral oil flows below")
@@ -72,7 +80,6 @@ MAGNET_STEP = Constant(1.0, "K", "below it a torque of 0.1 %/K changes by less t
 PRESSURE_BELOW = Constant(0.05, "1", "of relief pressure: zero errors and noise of a sensor read as far below vacuum")
 PRESSURE_ABOVE = Constant(0.15, "1", "of relief pressure: by which valves that open, and loads, exceed their setting")
 ZERO_STANDS = Constant(0.5, "s", "drives release a torque, filters of currents settle and valves turn within 0.2 s")
-ZERO_GATE = Constant(3.0, "1", "99.7 % of a normal error: a standing motor that reports more carries something")
 CASE_WARMER_MOST = Constant(60.0, "K", "a pump case that is further from its tank burns its oil")
 SMOOTHING_TIME = Constant(20.0, "s", "noise of 0.2 K is averaged away; oil warms by less than a kelvin meanwhile")
 FIRST_INSTANT = Constant(1e-3, "s", "a filter takes its first sample as it is")
@@ -80,24 +87,18 @@ FIRST_INSTANT = Constant(1e-3, "s", "a filter takes its first sample as it is")
 # Reports held against each other.
 MEMORY_TIME = Constant(1.0, "s", "a speed that is 0.1 % of 2000 rpm off is 0.2 rad off by then: 4 steps of a counter")
 FALSE_ALARM_RATE = Constant(1.0 / (1000.0 * 3600.0), "1/s", "one false alarm in 1000 h, as stated")
-ALARM_RELEASE_SHARE = Constant(0.5, "1", "hysteresis: an alarm ends at half its bound")
-COUNTER_JUMP_SHARE = Constant(
-    1.5, "1", "share of the highest speed, as the limit of a speed: a counter was set or overflowed"
+HALF_ALARM = Constant(
+    0.5, "1", "share of an alarm's bound at which it ends, and up to which a difference teaches: alarms teach nothing"
 )
-COUNTER_JUMPS_MOST = Constant(2.5, "1", "jumps within the memory; an overflow is one, a reset two")
-LEARNING_SHARE = Constant(
-    0.5, "1", "share of the bound up to which a difference teaches gains and losses; alarms teach nothing"
+JUMPS_MOST = Constant(2.5, "1", "jumps within the memory: a disturbance is one, an overflow too, a reset two")
+FRICTION_TORQUE_SHARE = Constant(
+    0.05, "1", "share of the torque at relief pressure below which friction hides the pressure"
 )
-TORQUE_LEVEL_LEAST = Constant(
-    0.05, "1", "share of the torque at relief pressure below which equal torques are no evidence"
-)
-TORQUE_LEVEL_MOST = Constant(1.5, "1", "greatest torque over that at relief pressure, as the limit of a torque")
 TURNED_LEAST = Constant(1.0, "rad", "turned within the memory; less turns power into a torque by dividing by noise")
 PUMP_TORQUE_STD = Constant(0.03, "1", "catalogues round a pump's efficiency to 0.02 or 0.03")
 PRESSURE_TURNED_LEAST = Constant(0.2, "s", "of turning within the memory; a tenth of a second twice")
 BAND_FAST = Constant(0.04, "s", "time constant that keeps a step of the acceleration: two samples")
 BAND_SLOW = Constant(0.15, "s", "time constant that removes the slope of a load: a ramp lasts longer")
-INERTIA_GAP = Constant(0.15, "s", "a gap restarts the filters")
 INERTIA_MODEL_STD = Constant(
     0.25, "1", "oil and moved mass add a third of the shaft's torque at most, on recorded logs"
 )
@@ -112,13 +113,10 @@ SUM_CEILING = Constant(1.5, "1", "times the alarm, so that a corrected sign is c
 GAIN_PRIOR_STD = Constant(0.5, "1", "a gain fault lies between nothing and twice within two standard deviations")
 GAIN_STD_LEAST = Constant(1e-3, "1", "resolution of two reports of 10 bits")
 OFFSET_PRIOR_SHARE = Constant(1.0 / 3.0, "1", "an offset of the greatest level is three standard deviations")
-CHI_SQUARED_STD = Constant(2.0, "1", "standard deviations of a sum of squares within which it is usual, 95 %")
-AGREEMENT_GATE = Constant(3.0, "1", "standard deviations of the noise within which a sample shows no fault, 99.7 %")
-SUM_LEAST = Constant(1e-9, "1", "keeps quotients finite before the first sample")
 
 # Load observer.
 SHOWN_SHARE = Constant(0.5, "1", "half of what virtual work gives: more than half of the load rests on the pump")
-JUMP_GATE = Constant(16.0, "1", "squared: four standard deviations, once in 16000 samples by noise alone")
+JUMP_GATE = Constant(SURE_STDS**2, "1", "squared standard deviations that noise exceeds once in 16000 samples")
 RELEASED_TRAVEL = Constant(3.0, "1", "times what the oil gave before: compliance is proportional to a chamber's volume")
 RELEASED_TRAVEL_LEAST = Constant(2e-3, "1", "share of the stroke, the travel of a sample at usual speed")
 FRICTION_TIME = Constant(
@@ -135,9 +133,6 @@ LOAD_KNOWN_SHARE = Constant(
 )
 SETTLED_SHARE = Constant(0.01, "1", "of the torque's noise: adds 0.005 % to it")
 NO_PRESSURE = Constant(1e5, "Pa", "over the tank's: a chamber that a check valve fills has up to a bar")
-NO_LOAD_GATE = Constant(
-    4.0, "1", "standard deviations of the torque, 1 in 16000: a load that shows no more may be none"
-)
 PRESSURE_SETTLING = Constant(
     1.0, "s", "within which the oil of a piston at rest follows its pressure sensor; noise is shorter"
 )
@@ -150,24 +145,19 @@ VISCOSITY_STEP = Constant(1.0, "K", "for the slope of the viscosity's logarithm,
 LEAKAGE_REFERENCE = Constant(
     0.3, "1", "share of the torque at relief pressure at which the exponent has no effect: mid range"
 )
-LEAKAGE_TORQUE_LEAST = Constant(0.05, "1", "share of that torque below which friction hides the pressure")
 
 # Contacts.
 CONTACT_EVIDENCE = Constant(
     30.0, "1", "standard deviations of the position delivered in vain: no noise does it (1e-197)"
 )
-CONTACT_STILL = Constant(4.0, "1", "standard deviations by which a piston at rest may seem to move, 1 in 16000")
 CONTACT_SLIP = Constant(0.15, "1", "share of what was delivered: the softest chamber of usual machines gives 15 % more")
 CONTACT_SLIP_UNKNOWN = Constant(0.5, "1", "the same at an unknown position: a full chamber gives twice a half full one")
-RARE_LOAD_CHANGE = Constant(2.0, "1", "standard deviations of the change of a load, 5 %: more is rare")
 RELIEF_CERTAIN = Constant(
     0.95, "1", "share of the way from a relief valve's opening to its setting; no load is lifted with more"
 )
 LOAD_FOUND_TIME = Constant(
     0.3, "s", "after the motor starts or stops: the valve opens and the manifold fills within it"
 )
-NEAR_END = Constant(4.0, "1", "standard deviations from an end, 1 in 16000")
-NEAR_END_LEAST = Constant(5e-3, "1", "share of the stroke: ends give way and are described to about that")
 LOAD_LEFT_SHARE = Constant(0.7, "1", "share of a load that is left: less, and the load settles on something else")
 LOAD_FALLEN_SHARE = Constant(
     0.3, "1", "share of a load that is left where it has settled on something: friction of the pumps; noise leaves half"
@@ -190,11 +180,9 @@ FALSE_CONTACT = Constant(
 NOWHERE_LIKELIER = Constant(-3.0, "1", "logarithm: where a position is wrong, one end in twenty is met all the same")
 
 # Contact release.
-RELEASE_NOISE = Constant(4.0, "1", "standard deviations of the torque, 1 in 16000")
 RELEASE_MODEL = Constant(
     0.5, "1", "share of the predicted change that leakage at rest may be wrong by, twice its deviation"
 )
-COMPLIANCE_GATE = Constant(2.0, "1", "standard deviations of the compliance, 95 %")
 DECOMPRESSION_MOST = Constant(
     5.0, "1", "times what oil gives back as described: no compliance and no stroke makes it more"
 )
@@ -210,8 +198,6 @@ LOG_WEIGHT_LEAST = Constant(
     -12.0, "1", "logarithm of the least weight, 6e-6: a hypothesis can come back within two contacts"
 )
 OVERSHOOT_STD_SHARE = Constant(0.5, "1", "of a clipped distance beyond an end: uniform between none and all of it")
-BEYOND_END = Constant(4.0, "1", "standard deviations beyond an end, 1 in 16000")
-BEYOND_END_LEAST = Constant(5e-3, "1", "share of the stroke, as near an end")
 INNOVATION_GAIN = Constant(
     0.2, "1", "share of the newest reference in the mean normalised innovation: of the last five"
 )
@@ -268,19 +254,16 @@ TORQUE_OFFSET = Constant(
     0.01, "1", "offset of a reported torque over that at relief pressure: one step of drives of 1 %"
 )
 EVENT_MODEL_STD = Constant(0.02, "1", "of a torque, new with each sample: kinks of the speed between two samples")
-EVENT_OFFSET_TIME = Constant(0.1, "s", "averages the noise of five samples; the oil's pressure is gone by then")
 STOOD_STILL = Constant(0.2, "s", "of standstill before a start: the valve has closed and the manifold has leaked empty")
 EVENT_FOLLOWS = Constant(
     0.5, "1", "share of the expected change of the torque: a valve that opens leaves a tenth, soft oil two thirds"
 )
-EVENT_NOISE = Constant(4.0, "1", "standard deviations of the torque, 1 in 16000")
 EVENT_FRICTION_STD = Constant(
     0.03, "1", "of a torque, by the pumps' hydromechanical efficiency, as catalogues round it; all starts share it"
 )
 EVENT_SAMPLING = Constant(
     20.0, "1/s2", "error that all events share, by the square of the sample: 1/12 T^2 for a decay of T = 65 ms"
 )
-EVENT_SHARE_LEAST = Constant(1e-6, "1", "keeps quotients finite")
 CONTACTS_ALIKE = Constant(
     0.1, "1", "share of a contact's error that is that of all contacts with the same end: together they count as ten"
 )
@@ -290,7 +273,6 @@ EVENT_COUNTS = Constant(
     "1",
     "power of an event's likelihood: events of one machine err alike, and by up to twice as much (recorded logs)",
 )
-INFORMATION_LEAST = Constant(1e-6, "1", "keeps quotients finite: a factor that is known to 1000")
 
 # Relief valves.
 RELIEF_RANGE = Constant(
@@ -299,7 +281,6 @@ RELIEF_RANGE = Constant(
     "standard deviations below a setting: 90 % of it at 3 %; direct acting valves close 10 to 15 % below",
 )
 RELIEF_BALANCE_SHARE = Constant(0.5, "1", "share of that range from which the volume balance has no position")
-RELIEF_TIME = Constant(0.1, "s", "five samples of a usual drive, so that noise alone ends no position")
 RELIEF_PUSH_SHARE = Constant(0.5, "1", "what stops the piston may push it back: standard deviation over the pump's oil")
 STOP_ZONE = Constant(0.02, "1", "share of the stroke from an end, where a stop opens the relief valve")
 
@@ -316,7 +297,6 @@ LAG_STD = Constant(1.0 / math.sqrt(3.0), "1", "share of a lag that is unknown: u
 
 # Status.
 UNCERTAIN_SHARE = Constant(0.1, "1", "share of the stroke: standard deviation at which a position is no use")
-OUTSIDE_STROKE_STD = Constant(4.0, "1", "standard deviations outside the stroke, 1 in 16000")
 OUTSIDE_STROKE_LEAST = Constant(5e-3, "m", "stops give way by less")
 TRANSIENT_TIME = Constant(0.6, "s", "a valve opens and a manifold fills within it")
 NOISE_TIME = Constant(0.15, "s", "noise of seven samples has averaged away")
@@ -333,7 +313,6 @@ PROBABILITY_LEAST = Constant(1e-30, "1", "keeps logarithms finite")
 VARIANCE_LEAST = Constant(1e-18, "1", "keeps quotients finite, in the square of whatever unit")
 STD_LEAST = Constant(1e-9, "m", "keeps quotients finite where a position is exact")
 TIME_LEAST = Constant(1e-6, "s", "keeps quotients finite where no time passed")
-VELOCITY_SMOOTHING = Constant(0.1, "s", "averages the noise of five samples")
 FASTEST_SHARE = Constant(
     1.1, "1", "of the velocity at the highest speed; a correction moves the shown position no faster"
 )
@@ -356,7 +335,6 @@ START_SLACK = Constant(1e-3, "m", "by which a start may lie outside the stroke: 
 
 # A second sensor at the cylinder.
 OTHER_FASTEST = Constant(1.2, "1", "times the highest velocity, which no piston exceeds")
-OTHER_JUMPS_MOST = Constant(2.5, "1", "jumps within the memory that are no single disturbance")
 
 # The paper's table.
 TABLE_SLOW_SHARE = Constant(

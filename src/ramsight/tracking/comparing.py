@@ -22,7 +22,7 @@ from ramsight.engine.typed_state import column, initial_values, leaf, leaves, sy
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, flag, negated, scalar_symbol
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import MEASURABLE_LIMIT, MEMORY_TIME, OTHER_FASTEST, OTHER_JUMPS_MOST
+from ramsight.sensor.thresholds import JUMPS_MOST, MEASURABLE_LIMIT, MEMORY_TIME, OTHER_FASTEST
 
 Array = NDArray[np.float64]
 
@@ -113,7 +113,7 @@ def compare(
     decayed = state.jumps * ca.exp(-ca.fmax(elapsed, 0.0) / MEMORY_TIME)
     jumps = ca.if_else(shows, ca.if_else(elapsed > 0.0, decayed + count(jumped), state.jumps), state.jumps)
     impossible = any_of(any_of(state.impossible, jumped), any_of(negated(shows), outside))
-    other_wrong = any_of(negated(shows), jumps > OTHER_JUMPS_MOST)
+    other_wrong = any_of(negated(shows), jumps > JUMPS_MOST)
     # Within a bound as wide as the stroke the other one may be anywhere.
     unchecked = any_of(sample["status"] >= float(Status.NOT_REFERENCED), sample["bound"] >= stroke)
 

@@ -37,14 +37,14 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.thresholds import (
     BAND_STEP,
-    BEYOND_END,
-    BEYOND_END_LEAST,
     CONTACTS_ALIKE,
+    END_GIVES,
     INNOVATION_GAIN,
     INNOVATION_MOST,
     OUTSIDE,
     OVERSHOOT_STD_SHARE,
     ROOM_STEP,
+    SURE_STDS,
 )
 
 
@@ -221,7 +221,7 @@ class Bank:
         ends give way.
         """
         below, above = self.state.below, self.state.above
-        softness, here = BEYOND_END_LEAST * self.model.stroke, self.together.std({Quantity.POSITION: 1.0})
+        softness, here = END_GIVES * self.model.stroke, self.together.std({Quantity.POSITION: 1.0})
         std = ca.sqrt(ca.fmax(self.state.extent_std, here) ** 2 + softness**2)
         return Reach(below - self.position, self.model.stroke - above - self.position, std)
 
@@ -273,7 +273,7 @@ class Bank:
         for h in self.hypotheses:
             position = nominal + h.mean[Quantity.POSITION]
             beyond = ca.if_else(way > 0.0, -position, ca.if_else(way < 0.0, position - stroke, 0.0))
-            back = ca.if_else(beyond > h.position_std + BEYOND_END_LEAST * stroke, beyond, 0.0)
+            back = ca.if_else(beyond > h.position_std + END_GIVES * stroke, beyond, 0.0)
             covariance = h.covariance.grown(OVERSHOOT_STD_SHARE * back, given=ENDS)
             found.append(h.shifted(way * back).with_covariance(covariance))
             gone.append(way * back)
@@ -291,7 +291,7 @@ class Bank:
 
     def _far(self, h: Hypothesis, passed: Real) -> Scalar:
         """How far beyond an end a piston may seem to be [m]; what passed a relief valve took it nowhere."""
-        return BEYOND_END * ca.fmax(h.position_std - passed, 0.0) + BEYOND_END_LEAST * self.model.stroke
+        return SURE_STDS * ca.fmax(h.position_std - passed, 0.0) + END_GIVES * self.model.stroke
 
     def floored(self, leak: float) -> Bank:
         """With a leakage that is never better known than this standard deviation [1]."""

@@ -33,16 +33,16 @@ from ramsight.sensor.thresholds import (
     EVENT_GATE,
     EVENT_MODEL_STD,
     EVENT_MOVING_STD,
-    EVENT_NOISE,
-    EVENT_OFFSET_TIME,
     EVENT_SAMPLING,
     EVENT_STANDING_STD,
     GAP_PERIOD,
-    INFORMATION_LEAST,
     MOTOR_TURNS,
+    NOISE_AVERAGED,
     SHORTEST_STEP,
     SHOWN_SHARE,
     STOOD_STILL,
+    SURE_STDS,
+    TINY,
     TORQUE_OFFSET,
 )
 
@@ -119,7 +119,7 @@ def follow_event(
     # Where the valve opens, the piston takes the oil and the torque stays behind.
     change = sample.motor_torque - state.torque
     behind = ca.fabs(change - step.torque.change)
-    follows = behind < EVENT_FOLLOWS * ca.fabs(step.torque.change) + EVENT_NOISE * noise
+    follows = behind < EVENT_FOLLOWS * ca.fabs(step.torque.change) + SURE_STDS * noise
     stood = ca.if_else(stands, state.stood + sample.elapsed, 0.0)
     # A start that does not begin at a standstill finds the valve open and the manifold full.
     from_rest = any_of(stands, lasted(state.stood, STOOD_STILL), all_of(state.active, negated(state.stands)))
@@ -127,7 +127,7 @@ def follow_event(
     same = all_of(active, state.active, follows, stands == state.stands)
     event = _event(state, all_of(state.active, negated(same)), sample.elapsed, point)
     deviation = ca.sqrt(noise**2 + (EVENT_MODEL_STD * step.torque.expected) ** 2)
-    settling = sample.elapsed / (EVENT_OFFSET_TIME + sample.elapsed)
+    settling = sample.elapsed / (NOISE_AVERAGED + sample.elapsed)
     offset = state.offset + ca.if_else(stands, settling * (step.torque.missed - state.offset), 0.0)
     row = {**_row(sample, step, torque_by, stands, offset, model), _INNOVATION: step.torque.missed}
     kept, last = chosen(same, state, EventState.initial()), state.last
@@ -187,7 +187,7 @@ def _event(state: EventState, ends: Flag, elapsed: Scalar, point: Values) -> Mea
     # (I + f^2 A)^-1 of a matrix of two rows, in closed form.
     scale = 1.0 + floor2 * (a + c) + floor2**2 * both
     right_leak = ((1.0 + floor2 * c) * right[leak] - floor2 * b * right[stiff]) / scale
-    known, crossed = ca.fmax((a + floor2 * both) / scale, INFORMATION_LEAST), b / scale
+    known, crossed = ca.fmax((a + floor2 * both) / scale, TINY), b / scale
     row: dict[Quantity, Real] = {leak: scalar(1.0), stiff: crossed / known}
     sampling = EVENT_SAMPLING * ca.fmin(elapsed, GAP_PERIOD) ** 2
     # A torque that is too large by friction makes both factors too small by as much; at standstill it is a nuisance.

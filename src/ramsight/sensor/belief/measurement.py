@@ -22,7 +22,7 @@ from ramsight.expression import Condition, Flag, Real, Scalar, all_of, count, ho
 from ramsight.sensor.belief.hypothesis import Hypothesis, choose
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.quantity import Quantity, Row
-from ramsight.sensor.thresholds import EVENT_SHARE_LEAST
+from ramsight.sensor.thresholds import TINY
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,7 +129,7 @@ def applied(h: Hypothesis, m: Measurement) -> Applied:
         covariance = covariance.added(Quantity.POSITION, ca.if_else(fits, m.arrived, 0.0))
     # What all measurements of a kind have in common is not learned, however many there are.
     shared = not isinstance(m.common, float) or m.common > 0.0
-    new = ca.fmax(1.0 - m.common**2 / known, EVENT_SHARE_LEAST) if shared else 1.0
+    new = ca.fmax(1.0 - m.common**2 / known, TINY) if shared else 1.0
     corrected = h.corrected(*_updated(covariance, m, innovation, m.R / new, fits))
     return Applied(
         hypothesis=corrected,

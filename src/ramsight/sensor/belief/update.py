@@ -38,7 +38,6 @@ from ramsight.sensor.thresholds import (
     BLIND_SHARE,
     BOUNCE_STD_SHARE,
     CERTAIN,
-    COMPLIANCE_GATE,
     FREE_TRAVEL_LEAST,
     LATE_LEAST,
     MOTOR_TURNS,
@@ -51,6 +50,7 @@ from ramsight.sensor.thresholds import (
     TORQUE_ERROR_TIME,
     TORQUE_MODEL_STD,
     UNSEEN_FLOW_SHARE,
+    USUAL_STDS,
     VALVE_SETTLED,
 )
 
@@ -389,7 +389,7 @@ def _torque_evidence(
     inflation = TORQUE_ERROR_TIME / ca.fmax(sample.elapsed, SHORTEST_STEP)
     # Oil that gives back more than any such machine's is that of a piston that moves already.
     off = ca.fabs(at.linearised_at[Quantity.COMPLIANCE] - 1.0)
-    usual = off < COMPLIANCE_GATE * model.assumed.machine.compliance
+    usual = off < USUAL_STDS * model.assumed.machine.compliance
     closed = all_of(hold.press.decided, any_of(hold.pushing, all_of(hold.draws, usual)))
     compressed = all_of(closed, negated(any_of(step.load.empty, met.relief.probability > 0.0)))
     by_compliance = at.torque_by[Quantity.COMPLIANCE]

@@ -14,8 +14,8 @@ from ramsight.sensor.checks.disagreement import Disagreement, Sums, compared, le
 from ramsight.sensor.inputs.sample import SHAFT_ANGLE, CounterState, Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
-    COUNTER_JUMP_SHARE,
-    COUNTER_JUMPS_MOST,
+    JUMPS_MOST,
+    LIMIT_SHARE,
     MEASURABLE_LIMIT,
     MEMORY_TIME,
     SHORTEST_STEP,
@@ -106,12 +106,12 @@ def read_counter(state: CounterCheckState, sample: Sample, model: MachineModel) 
     turned = (angle - before.angle) / ca.fmax(h, SHORTEST_STEP)
     goes_on = all_of(all_of(ca.fabs(angle) < MEASURABLE_LIMIT, before.begun), h > 0.0)
     # A counter that overflows or is reset jumps once; one that jumps again and again counts nothing.
-    jumped = all_of(goes_on, ca.fabs(turned) > COUNTER_JUMP_SHARE * model.max_speed)
+    jumped = all_of(goes_on, ca.fabs(turned) > LIMIT_SHARE * model.max_speed)
     jumps = ca.exp(-h / MEMORY_TIME) * state.jumps + count(jumped)
     speed = ca.if_else(all_of(goes_on, negated(jumped)), turned, sample.mean_speed)
     return Counting(
         jumps=jumps,
-        wild=jumps > COUNTER_JUMPS_MOST,
+        wild=jumps > JUMPS_MOST,
         speed=speed,
         counted=leaky_sum(state.counted, ca.fabs(speed), h),
         reported=leaky_sum(state.reported, ca.fabs(sample.mean_speed), h),

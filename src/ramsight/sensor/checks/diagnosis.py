@@ -31,14 +31,14 @@ from ramsight.engine.typed_state import chosen, leaf, leaves, mapped
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, flag, negated
 from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.thresholds import (
-    AGREEMENT_GATE,
-    CHI_SQUARED_STD,
     GAIN_PRIOR_STD,
     GAIN_STD_LEAST,
+    LIKELY_STDS,
     MEMORY_TIME,
     OFFSET_PRIOR_SHARE,
     SHORTEST_STEP,
-    SUM_LEAST,
+    TINY,
+    USUAL_STDS,
 )
 
 KINDS = ("gain", "offset", "sign", "stuck", "other")
@@ -121,7 +121,7 @@ def likelihoods(sums: Evidence, most: Real, gain: Real = 0.0) -> tuple[Scalar, .
     """
     s = sums
     apart, together = s.yy - 2.0 * s.xy + s.xx, s.yy + 2.0 * s.xy + s.xx
-    usual = s.count + CHI_SQUARED_STD * ca.sqrt(2.0 * s.count)
+    usual = s.count + USUAL_STDS * ca.sqrt(2.0 * s.count)
 
     def normal(ee: Scalar, eu: Scalar, uu: Scalar, prior: Real, scale: Real = 1.0) -> Scalar:
         left = ca.fmax((ee - eu**2 / (uu + 1.0 / prior**2)) / scale, usual)
@@ -159,12 +159,12 @@ def probabilities(sums: Evidence, most: Real, gain: Real = 0.0) -> tuple[Scalar,
 
 def gain_of(sums: Evidence) -> Scalar:
     """The gain that explains the samples best [1]; 1 before there are any."""
-    return (sums.xy + SUM_LEAST) / (sums.xx + SUM_LEAST)
+    return (sums.xy + TINY) / (sums.xx + TINY)
 
 
 def offset_of(sums: Evidence) -> Scalar:
     """The offset that explains them best [unit of the level]."""
-    return (sums.y - sums.x) / (sums.one + SUM_LEAST)
+    return (sums.y - sums.x) / (sums.one + TINY)
 
 
 @dataclass(frozen=True)
@@ -287,7 +287,7 @@ def _followed(state: DiagnosisState, sample: Sample, pair: Pair, alarm: Flag) ->
     # Two reports that are late to each other differ by the change of the level meanwhile.
     late = pair.delay * ca.fabs(pair.other - state.level) / h
     std = ca.sqrt(pair.std**2 + ca.if_else(state.diagnosed, late**2, 0.0))
-    agrees = ca.fabs(pair.reported - pair.other) < AGREEMENT_GATE * std
+    agrees = ca.fabs(pair.reported - pair.other) < LIKELY_STDS * std
     agreed_for, over = _is_over(state, sample, pair, agrees)
     counts = all_of(all_of(alarm, pair.there), negated(over))
     count = ca.if_else(counts, h / ca.fmax(h, 2.0 * pair.delay), 0.0)

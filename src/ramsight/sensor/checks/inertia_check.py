@@ -25,11 +25,11 @@ from ramsight.sensor.checks.drive_check import DriveChecks
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
-    ALARM_RELEASE_SHARE,
     BAND_FAST,
     BAND_SLOW,
     FRICTION_STEADY_SPEED,
-    INERTIA_GAP,
+    GAP_PERIOD,
+    HALF_ALARM,
     INERTIA_GATE,
     INERTIA_MODEL_STD,
     LOG_RATIO_MOST,
@@ -101,7 +101,7 @@ def check_inertia(
     ratio = within(-2.0 * x * y / variance, -LOG_RATIO_MOST, LOG_RATIO_MOST)
     grown = within(state.evidence + ratio * sample.elapsed / BAND_SLOW, 0.0, SUM_CEILING * SIGN_ALARM)
     evidence = ca.if_else(all_of(turns, shows), grown, state.evidence)
-    alarm = evidence > ca.if_else(state.alarm, ALARM_RELEASE_SHARE * SIGN_ALARM, SIGN_ALARM)
+    alarm = evidence > ca.if_else(state.alarm, HALF_ALARM * SIGN_ALARM, SIGN_ALARM)
     after = InertiaState(ramp=ramp, expected=expected, reported=reported, evidence=evidence, alarm=alarm)
     more = {**checks.more, "sign_reversed": (evidence / SIGN_ALARM, "1")}
     return after, replace(checks, sign_wrong=alarm, more=more, declared=True)
@@ -111,7 +111,7 @@ def _turns_one_way(sample: Sample) -> Flag:
     """Whether the motor turned one way during the sample, fast enough for steady friction."""
     w, last = sample.motor_speed, sample.last_speed
     one_way = all_of(ca.fmin(ca.fabs(w), ca.fabs(last)) > FRICTION_STEADY_SPEED, w * last > 0.0)
-    follows = all_of(sample.elapsed > 0.0, sample.elapsed < INERTIA_GAP)
+    follows = all_of(sample.elapsed > 0.0, sample.elapsed < GAP_PERIOD)
     return all_of(one_way, follows)
 
 

@@ -23,12 +23,12 @@ from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.inputs.sample import DC_POWER, Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
-    LEARNING_SHARE,
+    FRICTION_TORQUE_SHARE,
+    HALF_ALARM,
     MEASURABLE_LIMIT,
     MEMORY_TIME,
     SHORTEST_STEP,
-    TORQUE_LEVEL_LEAST,
-    TORQUE_LEVEL_MOST,
+    TORQUE_LIMIT_SHARE,
     TORQUE_STEADY_SPEED,
     TURNED_LEAST,
 )
@@ -180,8 +180,8 @@ class PowerReading:
             std=ca.sqrt(self._noise(speed) ** 2 + self._unknown(speed, covariance)) / turning,
             delay=assumed.drive.delay,
             there=all_of(self.there, ca.fabs(speed) > TORQUE_STEADY_SPEED),
-            most=TORQUE_LEVEL_MOST * self.model.relief_torque,
-            least=TORQUE_LEVEL_LEAST * self.model.relief_torque,
+            most=TORQUE_LIMIT_SHARE * self.model.relief_torque,
+            least=FRICTION_TORQUE_SHARE * self.model.relief_torque,
             gain=max(assumed.drive.torque_gain, assumed.power.gain),
         )
 
@@ -202,7 +202,7 @@ class PowerReading:
         """
         dt, drive = self.sample.elapsed, self.model.assumed.drive
         h = ca.fmax(dt, SHORTEST_STEP)
-        usual = ca.fabs(found.by) < LEARNING_SHARE * found.allowed
+        usual = ca.fabs(found.by) < HALF_ALARM * found.allowed
         use = all_of(all_of(self.there, usual), ca.fabs(speed) > TORQUE_STEADY_SPEED)
         # What delays make of a changing level lasts as long as the change, noise as long as filters do.
         filtered = self._noise(speed) ** 2 * ca.fmax(1.0, 2.0 * drive.delay / h)

@@ -22,8 +22,8 @@ from ramsight.sensor.thresholds import (
     FRICTION_SPREAD,
     LOAD_FALLEN_SHARE,
     LOAD_MEMORY,
-    NO_LOAD_GATE,
     NO_PRESSURE,
+    SURE_STDS,
     TORQUE_OFFSET,
 )
 
@@ -88,7 +88,7 @@ def emptiness(
         cylinder, tank = balance.unit.cylinder, model.of_circuit("tank.pressure")
         drained = [balance.pressure(z, node, tank) < tank + NO_PRESSURE for node in (cylinder.node_a, cylinder.node_b)]
         held = balance.pressure(z, getattr(cylinder, f"node_{balance.unit.held}"), tank) < tank
-        least = NO_LOAD_GATE * model.assumed.drive.torque * model.relief_load
+        least = SURE_STDS * model.assumed.drive.torque * model.relief_load
         empty = all_of(held, *drained, ca.fabs(balance.force(z)) < least)
         return Emptiness(None, 0.0, empty, empty)
     # What it carried is remembered for as long as it may carry none.
@@ -96,7 +96,7 @@ def emptiness(
     carried = ca.fmax(load, state.carried * fades)
     offset = ca.if_else(load < LOAD_FALLEN_SHARE * carried, TORQUE_OFFSET * model.relief_torque, 0.0)
     persistent2 = ((FRICTION_SPREAD - 1.0) ** 2 * friction**2 + offset**2) / model.travel_per_radian**2
-    lightest = NO_LOAD_GATE * ca.sqrt(ca.fmax(variance, 0.0) + persistent2)
+    lightest = SURE_STDS * ca.sqrt(ca.fmax(variance, 0.0) + persistent2)
     none = all_of(load < lightest, model.lift * sample.extending_speed <= 0.0)
     since = ca.if_else(none, state.since + sample.elapsed, 0.0)
     likely = ca.if_else(none, ca.fmin(1.0 - load / ca.fmax(lightest, 1e-3), 1.0), 0.0)

@@ -24,10 +24,10 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import FACTOR_OF, Quantity, Values
 from ramsight.sensor.thresholds import (
     FIRST_INSTANT,
+    FRICTION_TORQUE_SHARE,
     LEAKAGE_POWER_MOST,
     LEAKAGE_REFERENCE,
     LEAKAGE_SETTLED,
-    LEAKAGE_TORQUE_LEAST,
     SMOOTHING_TIME,
     VISCOSITY_STEP,
 )
@@ -117,7 +117,7 @@ def leakage_law(
     # A thermometer's lag does not concern how much warmer the gaps are.
     ratio: Real = model.viscosity(after + sample.pump_warmer) / model.viscosity(gaps)
     change = settled * ca.log(ratio)
-    share = within(ca.fabs(expected_torque / model.relief_torque), LEAKAGE_TORQUE_LEAST, 1.0)
+    share = within(ca.fabs(expected_torque / model.relief_torque), FRICTION_TORQUE_SHARE, 1.0)
     law = Leakage(
         change=change,
         rate=change / SMOOTHING_TIME,

@@ -46,24 +46,22 @@ from ramsight.sensor.contacts.press import Pushed, at_setting, follow_press, lik
 from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
-    COMPLIANCE_GATE,
     CONTACT_EVIDENCE,
     CONTACT_SLIP,
     CONTACT_SLIP_UNKNOWN,
-    CONTACT_STILL,
     DIRECTION_TRAVEL,
+    END_GIVES,
     LOAD_FOUND_TIME,
     LOAD_LEFT_SHARE,
     LOAD_MEMORY,
     MOTOR_TURNS,
-    NEAR_END,
-    NEAR_END_LEAST,
-    RARE_LOAD_CHANGE,
     RELIEF_CERTAIN,
     SEPARATE_CONTACTS,
     SETTLING_STD_SHARE,
     SHOWN_SHARE,
+    SURE_STDS,
     TRANSIENT_TIME,
+    USUAL_STDS,
     VOLUME_MODEL_STD,
 )
 
@@ -242,7 +240,7 @@ def _find(
     """Whether the piston has come to stand on something."""
     stops, turns, way = model.assumed.stops, motor.turns, motor.way
     low, top = stops.retracted, model.stroke - stops.extended
-    near = NEAR_END * now.std + NEAR_END_LEAST * model.stroke
+    near = SURE_STDS * now.std + END_GIVES * model.stroke
     ahead = ca.if_else(way > 0.0, top - motor.before, motor.before - low)
     at_end = all_of(now.known, ahead < near)
     standing = _standing(state.standing, sample, step, now, motor, at_end)
@@ -304,7 +302,7 @@ def _over(
     """
     near = all_of(motor.turns, now.relief > 0.0, negated(state.held))
     before = state.near_setting
-    rose = all_of(seems, ca.fabs(motor.delivered) > 2.0 * CONTACT_STILL * step.motion.noise)
+    rose = all_of(seems, ca.fabs(motor.delivered) > 2.0 * SURE_STDS * step.motion.noise)
     lasts = ca.if_else(all_of(near, any_of(before.lasts > 0.0, rose)), before.lasts + sample.elapsed, 0.0)
     began = ca.if_else(all_of(near, before.lasts > 0.0), before.position, motor.before)
     likely = likelier_at_end(motor.before, now.std, motor.way, model) > 0.0
@@ -321,18 +319,18 @@ def _standing(
     """
     sigma, delivered = step.motion.noise, motor.delivered
     seems = state.moved + step.motion.travel
-    softer = within(COMPLIANCE_GATE * now.compliance_std, CONTACT_SLIP, CONTACT_SLIP_UNKNOWN)
+    softer = within(USUAL_STDS * now.compliance_std, CONTACT_SLIP, CONTACT_SLIP_UNKNOWN)
     slips = ca.if_else(now.known, ca.if_else(at_end, softer, CONTACT_SLIP), CONTACT_SLIP_UNKNOWN)
 
     def still(share: Real) -> Flag:
-        return ca.fabs(seems) < CONTACT_STILL * sigma + share * ca.fabs(delivered)
+        return ca.fabs(seems) < SURE_STDS * sigma + share * ca.fabs(delivered)
 
     stands = all_of(motor.free, still(slips))
     # A mass that bounces on its oil stands for half a period at most.
     stood = state.since + sample.elapsed
     in_vain = all_of(all_of(stands, stood > step.motion.bounce), ca.fabs(delivered) > CONTACT_EVIDENCE * sigma)
     # A load that only grows takes some of the oil as well; it neither doubles nor comes near the relief valve's.
-    changed = ca.fabs(delivered - seems) > RARE_LOAD_CHANGE * now.load_change_std * step.motion.give
+    changed = ca.fabs(delivered - seems) > USUAL_STDS * now.load_change_std * step.motion.give
     rare = any_of(now.relief > 0.0, changed)
     evident = any_of(still(CONTACT_SLIP), rare)
     keeps = any_of(stands, negated(sample.elapsed > 0.0))

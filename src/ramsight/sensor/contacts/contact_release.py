@@ -29,13 +29,13 @@ from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
-    COMPLIANCE_GATE,
     DECOMPRESSION_MOST,
     LOAD_MEMORY,
     RELEASE_MODEL,
-    RELEASE_NOISE,
     SHORTEST_STEP,
+    SURE_STDS,
     TORQUE_LEAST,
+    USUAL_STDS,
 )
 
 
@@ -191,8 +191,8 @@ def look_for_release(
     missing, rise = -step.torque.innovation * sense, built * sense
     compliance = piston.compliance_std
     explained = (
-        RELEASE_NOISE * step.torque.noise
-        + COMPLIANCE_GATE * compliance * ca.fabs(built)
+        SURE_STDS * step.torque.noise
+        + USUAL_STDS * compliance * ca.fabs(built)
         + piston.relief_tolerance * ca.fabs(step.torque.expected)
     )
     yields = all_of(pushing, missing > explained)
@@ -247,13 +247,13 @@ def _drawn(state: ReleaseState, step: LoadStep, back: Flag, compliance: Scalar) 
     until the piston leaves the stop. While a valve that holds the load opens, that comes a little sooner or later; so
     the change counts from the largest, or the least torque.
     """
-    torque, noise = step.torque.expected, RELEASE_NOISE * step.torque.noise
+    torque, noise = step.torque.expected, SURE_STDS * step.torque.noise
     behind, surely, extremes, most = [], [], [], scalar(0.0)
     for extreme, sign in ((state.back_largest, 1.0), (state.back_least, -1.0)):
         now = ca.if_else(back, ca.fmax(sign * extreme, sign * torque), sign * torque)
         changed, left = now - sign * torque, sign * step.torque.innovation
         behind.append(left > compliance * changed)
-        surely.append(all_of(changed > noise, left > noise + COMPLIANCE_GATE * compliance * changed))
+        surely.append(all_of(changed > noise, left > noise + USUAL_STDS * compliance * changed))
         extremes.append(sign * now)
         most = ca.fmax(most, left + compliance * changed)
     largest, least = extremes
@@ -348,6 +348,6 @@ def torque_stays(step: LoadStep, expected: Scalar, shown: Scalar) -> Flag:
         expected: change of the expected torque since the piston is held at rest [N m].
         shown: change of the reported one [N m].
     """
-    sense, noise = ca.sign(expected), RELEASE_NOISE * step.torque.noise
+    sense, noise = ca.sign(expected), SURE_STDS * step.torque.noise
     stays = (expected - shown) * sense > noise + RELEASE_MODEL * ca.fabs(expected)
     return all_of(stays, -step.torque.innovation * sense > noise)

@@ -31,7 +31,6 @@ from ramsight.expression import Flag, Real, Scalar, all_of, any_of
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
-    COMPLIANCE_GATE,
     END_HELD_TIME,
     FALSE_CONTACT,
     HELD_OBSTACLE,
@@ -39,6 +38,7 @@ from ramsight.sensor.thresholds import (
     NOWHERE_LIKELIER,
     PASSED_END,
     TORQUE_LEAST,
+    USUAL_STDS,
     VOLUME_MODEL_STD,
 )
 
@@ -100,7 +100,7 @@ def at_setting(step: LoadStep, missing: Scalar, relief: Real, tolerance: Real) -
         relief: how likely oil passes a valve at the expected one, 0 to 1.
         tolerance: share of a pressure by which a valve may hold it lower than described [1].
     """
-    noise = COMPLIANCE_GATE * step.torque.noise
+    noise = USUAL_STDS * step.torque.noise
     return all_of(relief > 0.0, missing < tolerance * ca.fabs(step.torque.expected) + noise)
 
 

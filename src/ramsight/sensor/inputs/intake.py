@@ -37,6 +37,8 @@ from ramsight.sensor.thresholds import (
     HABIT_GAIN,
     HABIT_LEAST,
     LATE_IN_ORDER,
+    LIKELY_STDS,
+    LIMIT_SHARE,
     LONGEST_GAP,
     MOTOR_TURNS,
     NUMBER_LIMIT,
@@ -45,7 +47,6 @@ from ramsight.sensor.thresholds import (
     RUNNING_SHARE,
     SHORTEST_PERIOD,
     SHORTEST_STEP,
-    SPEED_LIMIT_SHARE,
     STUCK_EVIDENCE,
     TEMPERATURE_HIGHEST,
     TEMPERATURE_LOWEST,
@@ -57,7 +58,6 @@ from ramsight.sensor.thresholds import (
     TORQUE_STEP_SHARE,
     UNSEEN_SPEED_SHARE,
     USUAL_PERIOD,
-    ZERO_GATE,
 )
 
 
@@ -197,7 +197,7 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
     """The sample with checked inputs, and what is wrong with it."""
     clock = _clock(state, raw)
     reported, replaced = _reported_speed(state, raw, clock, model)
-    speed_ok = _inside(reported, SPEED_LIMIT_SHARE * model.max_speed)
+    speed_ok = _inside(reported, LIMIT_SHARE * model.max_speed)
     usable = all_of(clock.number, speed_ok, any_of(clock.forward, clock.back))
     elapsed = ca.if_else(all_of(usable, clock.counted), clock.raw, 0.0)
     passed, stands = _ticks(state, raw, clock)
@@ -332,7 +332,7 @@ def _pulls(raw: Raw, speed: Scalar, model: MachineModel) -> Flag:
     """
     if not raw.commands:
         return flag(False)
-    least = -ZERO_GATE * ca.sqrt(model.torque_std**2 + model.assumed.drive.zero**2)
+    least = -LIKELY_STDS * ca.sqrt(model.torque_std**2 + model.assumed.drive.zero**2)
     return all_of(ca.fabs(speed) < MOTOR_TURNS, raw.motor_torque < least)
 
 

@@ -19,7 +19,7 @@ from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import FACTOR_OF, Quantity
 from ramsight.sensor.report.status_rules import PlausibilityState, PositionEstimate, implausible_torque, status_of
-from ramsight.sensor.thresholds import FASTEST_SHARE, TIME_LEAST, VELOCITY_SMOOTHING
+from ramsight.sensor.thresholds import FASTEST_SHARE, NOISE_AVERAGED, TIME_LEAST
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST, REFERENCED_NOW, Outputs, Report
 
 
@@ -168,4 +168,4 @@ def _velocity(state: ReportState, sample: Sample, step: LoadStep, contact: Conta
     """The piston's velocity, smoothed [m/s]."""
     dt = sample.elapsed
     moving = ca.if_else(contact.hold.held, 0.0, step.motion.travel / ca.fmax(dt, TIME_LEAST))
-    return state.velocity + dt / (VELOCITY_SMOOTHING + dt) * (moving - state.velocity)
+    return state.velocity + dt / (NOISE_AVERAGED + dt) * (moving - state.velocity)

@@ -21,10 +21,10 @@ from ramsight.sensor.thresholds import (
     MOTOR_AT_REST,
     NOISE_TIME,
     OUTSIDE_STROKE_LEAST,
-    OUTSIDE_STROKE_STD,
     OVERSPEED_SHARE,
     REST_SMOOTHING,
     REST_TORQUE_SHARE,
+    SURE_STDS,
     TRANSIENT_TIME,
     UNCERTAIN_SHARE,
     UNEXPLAINED_TORQUE,
@@ -113,7 +113,7 @@ def _conditions(
     """Of each status that a detector has."""
     sample, intake, checks, stroke = at.sample, at.intake, at.checks, model.stroke
     beyond = ca.fmax(-position.value, position.value - stroke)
-    outside = beyond > OUTSIDE_STROKE_STD * position.std + OUTSIDE_STROKE_LEAST
+    outside = beyond > SURE_STDS * position.std + OUTSIDE_STROKE_LEAST
     return {
         Status.REFERENCE_DUE: any_of(
             position.settled > model.assumed.integrity.due * stroke, position.beyond > model.assumed.integrity.risk
