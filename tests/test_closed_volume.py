@@ -34,8 +34,8 @@ from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.thresholds import (
+    EFFICIENCY_STD,
     EVENT_COUNTS,
-    EVENT_FRICTION_STD,
     EVENT_GATE,
     EVENT_MOVING_STD,
     EVENT_STANDING_STD,
@@ -88,7 +88,7 @@ def test_what_all_events_share_is_in_each_of_them():
         state = EventState(**{**vars(summed(rows, rows[EVENT_QUANTITIES[0]])), "stands": ca.DM(stands)})
         event = _event(state, ca.DM(1), ca.DM(0.0), {})
         row = {one: float(by) for one, by in event.H.items()}
-        friction = EVENT_FRICTION_STD * (row[Quantity.LEAKAGE] + row[Quantity.COMPLIANCE])
+        friction = EFFICIENCY_STD * (row[Quantity.LEAKAGE] + row[Quantity.COMPLIANCE])
         assert abs(float(event.common)) == pytest.approx(0.0 if stands else abs(friction))
         assert row[Quantity.RELEASE] == stands
     assert _INNOVATION not in _NAMES

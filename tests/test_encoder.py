@@ -2,16 +2,20 @@
 
 import errno
 import json
+import math
 import os
 import re
 import struct
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from canopen import SdoAbortedError
 from canopen.sdo.base import SdoVariable
+from hypothesis import given
+from hypothesis import strategies as st
 
 from ramsight.deploy.encoder import Frame, Settings, encoder_for
 from ramsight.deploy.encoder.alarms import OF_STATUS, Fault, fault_table
@@ -899,15 +903,55 @@ def test_damaged_parameters_are_told_and_not_used(tmp_path):
 # ---- clocks and words --------------------------------------------------------------------------------------------
 
 
-def test_a_wall_clock_that_is_set_does_not_move_the_sensors_time():
+def test_a_wall_clock_that_is_set_back_does_not_move_the_sensors_time():
     clock, times = BusClock(), []
     for k in range(300):
-        jump = 3600.0 if k >= 100 else 0.0
-        jump -= 7200.0 if k >= 200 else 0.0
+        jump = -3600.0 if k >= 100 else 0.0
         times.append(clock.time(1e9 + 0.02 * k + jump, 5.0 + 0.02 * k + 0.001 * (k % 3)))
     assert np.abs(np.diff(times) - 0.02).max() < 0.0021
+    assert clock.stood == 0.0
     stalled = [clock.time(0.02 * k, 11.18 if 5 <= k < 10 else 11.0 + 0.02 * k) for k in range(20)]
     assert np.abs(np.diff(stalled)[1:] - 0.02).max() < 1e-3
+
+
+@given(slept=st.floats(0.05, 3600.0), at=st.integers(2, 98), late=st.floats(0.0, 0.01))
+def test_while_the_local_clock_stands_the_buss_clock_says_how_much_time_passed(slept, at, late):
+    clock, times = BusClock(), []
+    for k in range(100):
+        stamp = 1e6 + 0.02 * k + (slept if k >= at else 0.0)
+        times.append(clock.time(stamp, 5.0 + 0.02 * k + late * (k % 2)))
+    steps = np.diff(times)
+    assert steps[at - 1] == pytest.approx(0.02 + slept, abs=0.011)
+    assert np.delete(steps, at - 1) == pytest.approx(0.02, abs=0.011)
+    assert clock.stood == pytest.approx(slept, abs=0.011)
+
+
+@pytest.mark.parametrize("slept", [0.08, 0.3, 1.0, 3.0, 10.0, 3600.0])
+def test_no_position_is_valid_and_wrong_after_a_computer_that_slept_while_the_machine_moved(slept):
+    """The motor lifts all the time; the local clock stands, and the bus's goes on."""
+    bus = Master(encoder())
+    bus.node.nmt.state = "OPERATIONAL"
+    bus.rest(3.0, torque=60.0)
+    write(bus, 0x6003, 10_000)
+    rpm, per_second = 500, 500 * math.pi / 30.0 * boom().travel_per_radian
+
+    def lift(seconds, ahead):
+        begin = bus.now
+        for k in range(1, round(seconds / 0.02) + 1):
+            at = begin + 0.02 * k
+            bus.pass_time(at)
+            bus.take(bus.device.receive(at, replace(sample(rpm, 60.0), time=at + ahead)))
+
+    lift(0.4, 0.0)
+    before = bus.device.position
+    assert bus.device.valid
+    lift(0.4, slept)
+    if bus.device.valid:
+        moved = min((0.4 + slept) * per_second, boom().cylinder.stroke)
+        assert abs(bus.device.position - before - moved) < bus.device.bound
+        assert bus.device.bound < 0.5 * boom().cylinder.stroke
+    else:
+        assert slept > 0.3
 
 
 @pytest.mark.parametrize(

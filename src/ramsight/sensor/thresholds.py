@@ -17,6 +17,16 @@ USUAL_STDS = Constant(2.0, "1", "standard deviations within which 95 % of what i
 TINY = Constant(1e-9, "1", "keeps quotients finite")
 NOISE_AVERAGED = Constant(0.1, "s", "averages the noise of five usual samples")
 END_GIVES = Constant(5e-3, "1", "share of the stroke: ends give way and are described to about that")
+EFFICIENCY_STD = Constant(
+    0.03, "1", "of a torque: catalogues round the pumps' hydromechanical efficiency to 0.02 or 0.03"
+)
+BETWEEN_STD = Constant(
+    1.0 / math.sqrt(3.0), "1", "error of either end where anything between none and all is as likely: uniform"
+)
+VALVE_SETTLED = Constant(0.5, "s", "valves close, manifolds fill and drives release a torque within half of it")
+LOAD_FOUND_TIME = Constant(
+    0.3, "s", "after the motor starts or stops: a usual valve opens or closes and the manifold fills or leaks empty"
+)
 
 # The motor stands: four speeds, because four things end with it.
 MOTOR_AT_REST = Constant(0.06, "rad/s", "half a step of 1 rpm, in which drives report speeds: below it the report is 0")
@@ -79,7 +89,6 @@ BLIND_PRESSURE_SHARE = Constant(
 MAGNET_STEP = Constant(1.0, "K", "below it a torque of 0.1 %/K changes by less than its noise")
 PRESSURE_BELOW = Constant(0.05, "1", "of relief pressure: zero errors and noise of a sensor read as far below vacuum")
 PRESSURE_ABOVE = Constant(0.15, "1", "of relief pressure: by which valves that open, and loads, exceed their setting")
-ZERO_STANDS = Constant(0.5, "s", "drives release a torque, filters of currents settle and valves turn within 0.2 s")
 CASE_WARMER_MOST = Constant(60.0, "K", "a pump case that is further from its tank burns its oil")
 SMOOTHING_TIME = Constant(20.0, "s", "noise of 0.2 K is averaged away; oil warms by less than a kelvin meanwhile")
 FIRST_INSTANT = Constant(1e-3, "s", "a filter takes its first sample as it is")
@@ -95,7 +104,6 @@ FRICTION_TORQUE_SHARE = Constant(
     0.05, "1", "share of the torque at relief pressure below which friction hides the pressure"
 )
 TURNED_LEAST = Constant(1.0, "rad", "turned within the memory; less turns power into a torque by dividing by noise")
-PUMP_TORQUE_STD = Constant(0.03, "1", "catalogues round a pump's efficiency to 0.02 or 0.03")
 PRESSURE_TURNED_LEAST = Constant(0.2, "s", "of turning within the memory; a tenth of a second twice")
 BAND_FAST = Constant(0.04, "s", "time constant that keeps a step of the acceleration: two samples")
 BAND_SLOW = Constant(0.15, "s", "time constant that removes the slope of a load: a ramp lasts longer")
@@ -155,9 +163,6 @@ CONTACT_SLIP_UNKNOWN = Constant(0.5, "1", "the same at an unknown position: a fu
 RELIEF_CERTAIN = Constant(
     0.95, "1", "share of the way from a relief valve's opening to its setting; no load is lifted with more"
 )
-LOAD_FOUND_TIME = Constant(
-    0.3, "s", "after the motor starts or stops: the valve opens and the manifold fills within it"
-)
 LOAD_LEFT_SHARE = Constant(0.7, "1", "share of a load that is left: less, and the load settles on something else")
 LOAD_FALLEN_SHARE = Constant(
     0.3, "1", "share of a load that is left where it has settled on something: friction of the pumps; noise leaves half"
@@ -197,7 +202,6 @@ ROOM_STEP = Constant(0.01, "1", "share of the stroke: an unknown position is wei
 LOG_WEIGHT_LEAST = Constant(
     -12.0, "1", "logarithm of the least weight, 6e-6: a hypothesis can come back within two contacts"
 )
-OVERSHOOT_STD_SHARE = Constant(0.5, "1", "of a clipped distance beyond an end: uniform between none and all of it")
 INNOVATION_GAIN = Constant(
     0.2, "1", "share of the newest reference in the mean normalised innovation: of the last five"
 )
@@ -230,10 +234,7 @@ LEAKAGE_POWER_MOST = Constant(3.0, "1", "logarithm of 20: no lag and no law chan
 BLIND_SHARE = Constant(0.02, "1", "share of a load that the torque shows: below, a closed valve carries it")
 TORQUE_ERROR_TIME = Constant(0.2, "s", "for which errors of a torque stay what they are: filters of drives")
 TORQUE_MODEL_STD = Constant(0.1, "1", "share of a torque by which a closed volume's equation may err")
-VALVE_SETTLED = Constant(0.5, "s", "after a valve closed, until the pump alone makes the torque")
 STEADY_TORQUE = Constant(0.02, "1", "change of the torque over what leakage makes of it: pressure has settled")
-PUMP_FRICTION_STD = Constant(0.02, "1", "of a torque, by the pumps' hydromechanical efficiency in catalogues")
-RELEASED_STD_SHARE = Constant(0.5, "1", "of a way that a held piston may have gone: uniform between none and all of it")
 BOUNCE_STD_SHARE = Constant(0.5, "1", "of a travel that the pump may have drawn from the tank: all or none of it")
 FREE_TRAVEL_LEAST = Constant(
     0.01, "1", "share of the stroke in one direction, after which relief pressure is an obstacle's"
@@ -249,17 +250,12 @@ EVENT_MOVING_STD = Constant(0.05, "1", "the same of a start, whose compliance sc
 EVENT_GAIN_STANDING = Constant(
     0.2, "1", "share of the torque that friction at standstill may hide: 1/0.8 of a usual efficiency"
 )
-EVENT_GAIN_MOVING = Constant(0.03, "1", "of the pumps' hydromechanical efficiency, as catalogues round it")
 TORQUE_OFFSET = Constant(
     0.01, "1", "offset of a reported torque over that at relief pressure: one step of drives of 1 %"
 )
 EVENT_MODEL_STD = Constant(0.02, "1", "of a torque, new with each sample: kinks of the speed between two samples")
-STOOD_STILL = Constant(0.2, "s", "of standstill before a start: the valve has closed and the manifold has leaked empty")
 EVENT_FOLLOWS = Constant(
     0.5, "1", "share of the expected change of the torque: a valve that opens leaves a tenth, soft oil two thirds"
-)
-EVENT_FRICTION_STD = Constant(
-    0.03, "1", "of a torque, by the pumps' hydromechanical efficiency, as catalogues round it; all starts share it"
 )
 EVENT_SAMPLING = Constant(
     20.0, "1/s2", "error that all events share, by the square of the sample: 1/12 T^2 for a decay of T = 65 ms"
@@ -293,12 +289,10 @@ LOAD_CHANGE_SURE = Constant(1.55, "1", "root of 11 over the 5 % quantile of chi-
 # Angles and readings of the position.
 NEVER = Constant(1e9, "s", "since what has not happened: longer than any time between readings")
 INDEPENDENT = Constant(2.0, "1", "correlation times between independent errors: they are alike by exp(-2), 14 %")
-LAG_STD = Constant(1.0 / math.sqrt(3.0), "1", "share of a lag that is unknown: uniform between none and twice")
 
 # Status.
 UNCERTAIN_SHARE = Constant(0.1, "1", "share of the stroke: standard deviation at which a position is no use")
 OUTSIDE_STROKE_LEAST = Constant(5e-3, "m", "stops give way by less")
-TRANSIENT_TIME = Constant(0.6, "s", "a valve opens and a manifold fills within it")
 NOISE_TIME = Constant(0.15, "s", "noise of seven samples has averaged away")
 UNEXPLAINED_TORQUE = Constant(8.0, "1", "standard deviations of the torque: twice the gate of a load that jumps")
 IMPOSSIBLE_LOAD = Constant(

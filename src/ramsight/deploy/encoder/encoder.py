@@ -275,7 +275,8 @@ class Encoder:
         sent = self._clock.time(frame.time, self._now)
         whole_frame = self._listener.take(frame, sent, self._now)
         speed = self._listener.speed if whole_frame else math.nan
-        if self._second.take(frame.cob_id, sent, speed, period=1e-4 * self._node.get(*PERIOD)):
+        came = sent - self._clock.stood  # no frames are missing of a time in which nobody listened
+        if self._second.take(frame.cob_id, came, speed, period=1e-4 * self._node.get(*PERIOD)):
             self._saving.forget()  # what it has said may have moved the position already
             self._look()
         if self._short == whole_frame:

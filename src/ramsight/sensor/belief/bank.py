@@ -37,12 +37,12 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.thresholds import (
     BAND_STEP,
+    BETWEEN_STD,
     CONTACTS_ALIKE,
     END_GIVES,
     INNOVATION_GAIN,
     INNOVATION_MOST,
     OUTSIDE,
-    OVERSHOOT_STD_SHARE,
     ROOM_STEP,
     SURE_STDS,
 )
@@ -109,7 +109,7 @@ class Bank:
 
     @staticmethod
     def _assumed(state: BankState, model: MachineModel) -> Scalar:
-        """Prior probability of *wrong* where that is an assumption and no finding."""
+        """Prior probability of *unknown position* where that is an assumption and no finding."""
         return ca.if_else(state.entered, 0.0, model.assumed.stops.wrong)
 
     @property
@@ -274,7 +274,7 @@ class Bank:
             position = nominal + h.mean[Quantity.POSITION]
             beyond = ca.if_else(way > 0.0, -position, ca.if_else(way < 0.0, position - stroke, 0.0))
             back = ca.if_else(beyond > h.position_std + END_GIVES * stroke, beyond, 0.0)
-            covariance = h.covariance.grown(OVERSHOOT_STD_SHARE * back, given=ENDS)
+            covariance = h.covariance.grown(BETWEEN_STD * back, given=ENDS)
             found.append(h.shifted(way * back).with_covariance(covariance))
             gone.append(way * back)
         return self.with_hypotheses(found).rewound(-of_likeliest(self.hypotheses, gone))
@@ -423,7 +423,7 @@ class Bank:
 
     @staticmethod
     def _placed(before: Flag, now: Flag, lost: Flag) -> Flag:
-        """Whether *wrong* has its position from an end after a measurement."""
+        """Whether *unknown position* has its position from an end after a measurement."""
         return any_of(now, all_of(before, negated(lost)))
 
     @staticmethod

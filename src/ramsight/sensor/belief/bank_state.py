@@ -31,14 +31,14 @@ class BankState:
         band_width: of the band over what the filters say, by references.
         entered: whether *unknown position* is that an entered start was wrong.
         confirmed: whether a place has been measured since the start.
-        by_obstacle: whether *wrong* is that the last contact, taken for an end, was with an obstacle.
+        by_obstacle: whether *unknown position* is that the last contact, taken for an end, was with an obstacle.
         below, above: how far below and above where it is now the piston has been [m].
         extent: way between its lowest and its highest place that the hypotheses are weighed by [m].
         extent_std: standard deviation of the position when it was last that far [m].
         lost_below, lost_above: the same since *unknown position* lost its place [m].
         room: share of the stroke that this leaves it; 0 where nobody knows how its position became wrong.
         met_low, met_top: contacts with the retracted and with the extended end.
-        by_low, by_top: whether *wrong* has its position from a contact with that end.
+        by_low, by_top: whether *unknown position* has its position from a contact with that end.
     """
 
     hypotheses: tuple[Hypothesis, ...]

@@ -25,10 +25,9 @@ from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity, Row, Values
 from ramsight.sensor.thresholds import (
+    EFFICIENCY_STD,
     EVENT_COUNTS,
     EVENT_FOLLOWS,
-    EVENT_FRICTION_STD,
-    EVENT_GAIN_MOVING,
     EVENT_GAIN_STANDING,
     EVENT_GATE,
     EVENT_MODEL_STD,
@@ -36,11 +35,11 @@ from ramsight.sensor.thresholds import (
     EVENT_SAMPLING,
     EVENT_STANDING_STD,
     GAP_PERIOD,
+    LOAD_FOUND_TIME,
     MOTOR_TURNS,
     NOISE_AVERAGED,
     SHORTEST_STEP,
     SHOWN_SHARE,
-    STOOD_STILL,
     SURE_STDS,
     TINY,
     TORQUE_OFFSET,
@@ -122,7 +121,7 @@ def follow_event(
     follows = behind < EVENT_FOLLOWS * ca.fabs(step.torque.change) + SURE_STDS * noise
     stood = ca.if_else(stands, state.stood + sample.elapsed, 0.0)
     # A start that does not begin at a standstill finds the valve open and the manifold full.
-    from_rest = any_of(stands, lasted(state.stood, STOOD_STILL), all_of(state.active, negated(state.stands)))
+    from_rest = any_of(stands, lasted(state.stood, LOAD_FOUND_TIME), all_of(state.active, negated(state.stands)))
     active = all_of(closed, from_rest, step.torque.shows < SHOWN_SHARE, felt, sample.elapsed > 0.0)
     same = all_of(active, state.active, follows, stands == state.stands)
     event = _event(state, all_of(state.active, negated(same)), sample.elapsed, point)
@@ -153,7 +152,7 @@ def _row(
     return {
         **{one: torque_by[one] for one in EVENT_QUANTITIES},
         Quantity.EXPONENT: assumed.machine.leak_exponent * torque_by[Quantity.EXPONENT],
-        "gain": ca.if_else(stands, EVENT_GAIN_STANDING, EVENT_GAIN_MOVING) * torque.expected,
+        "gain": ca.if_else(stands, EVENT_GAIN_STANDING, EFFICIENCY_STD) * torque.expected,
         "offset": TORQUE_OFFSET * model.relief_torque
         + assumed.drive.standing
         + ca.if_else(stands, 0.0, ca.fabs(offset)),
@@ -191,7 +190,7 @@ def _event(state: EventState, ends: Flag, elapsed: Scalar, point: Values) -> Mea
     row: dict[Quantity, Real] = {leak: scalar(1.0), stiff: crossed / known}
     sampling = EVENT_SAMPLING * ca.fmin(elapsed, GAP_PERIOD) ** 2
     # A torque that is too large by friction makes both factors too small by as much; at standstill it is a nuisance.
-    friction = ca.if_else(state.stands, 0.0, EVENT_FRICTION_STD * (1.0 + row[stiff]))
+    friction = ca.if_else(state.stands, 0.0, EFFICIENCY_STD * (1.0 + row[stiff]))
     return Measurement(
         use=ends,
         innovation=right_leak / known,

@@ -63,7 +63,7 @@ class Mixture:
     Attributes:
         hypotheses: all of them.
         shares: probability of each over that of the likeliest, when weights last changed.
-        wrong: prior probability that the position is wrong for a reason of no stated kind; 0 while *wrong* has another.
+        wrong: prior probability that the position is wrong for a reason of no stated kind; 0 while there is another.
     """
 
     hypotheses: Sequence[Hypothesis]
@@ -122,7 +122,7 @@ class Mixture:
         return [ca.sqrt((width * h.position_std) ** 2 + others) for h in self.hypotheses]
 
     def _stated(self) -> list[Scalar]:
-        """Probabilities, but that of *wrong* only as far as evidence supports it.
+        """Probabilities, but that of *unknown position* only as far as evidence supports it.
 
         Until then its weight is an assumption (`stops.wrong`), not a finding.
         """

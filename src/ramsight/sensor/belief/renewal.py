@@ -2,11 +2,11 @@
 
 After a measurement of the place
 
-1. *wrong*, where it is the likeliest, becomes the first: the position is found again. Each end may be elsewhere again,
-   as likely as before, and tied to the end that the position came from.
+1. *unknown position*, where it is the likeliest, becomes the first: the position is found again. Each end may be
+   elsewhere again, as likely as before, and tied to the end that the position came from.
 2. a machine that surely *leaks* otherwise becomes the first as well: its leakage is known by then, as any other's.
-3. *wrong* begins again: what became wrong since is likelier by now than what was wrong before. Where the measurement
-   may well have been an obstacle, *wrong* is that, and its position goes on as it was before.
+3. *unknown position* begins again: what became wrong since is likelier by now than what was wrong before. Where the
+   measurement may well have been of something else, it is that, and its position goes on as it was before.
 
 This and the priors (`BankState.initial`) are the places that set a weight; all else is Bayes' rule (`Bank.weighed`).
 """
@@ -65,7 +65,7 @@ class Placed:
 
     Attributes:
         low, top: whether it is a contact with the retracted, with the extended end.
-        by_low, by_top: whether *wrong* has its position from contacts with that end.
+        by_low, by_top: whether *unknown position* has its position from contacts with that end.
         accepted: whether the likeliest hypothesis used it.
         is_reading: whether it is a reading, which may be of something else; a switch is none, nor is an angle.
     """
@@ -84,7 +84,7 @@ class Renewed:
 
     Attributes:
         found: whether the position was found again.
-        restarts: whether *wrong* begins again.
+        restarts: whether *unknown position* begins again.
         by_obstacle: whether it is that the measurement was of an obstacle.
         lost: whether it has lost its place.
     """
@@ -144,7 +144,7 @@ def renewal(
         model: of the machine.
     """
     kinds, stops = model.kinds, model.assumed.stops
-    described, *between, wrong = after
+    described, *between, unknown = after
     found = leads(after, len(kinds) - 1)
     first = described
     if Kind.LEAKS in kinds:
@@ -153,13 +153,13 @@ def renewal(
         surely = all_of(leads(after, place), described.log_weight < math.log(OUTSIDE), placed.accepted)
         first = choose(surely, leaks, described)
         between[place - 1] = leaks.with_log_weight(ca.if_else(surely, LOG_WEIGHT_LEAST, leaks.log_weight))
-    first = choose(found, wrong, first)
+    first = choose(found, unknown, first)
     for place, other in _ends_elsewhere(first, before, placed, model).items():
         between[place - 1] = choose(found, other, between[place - 1])
     prior = math.log(stops.wrong)
     was = before[0]
     was_known = was.position_variance < (0.25 * model.stroke) ** 2
-    restarts = any_of(found, all_of(placed.accepted, any_of(wrong.log_weight < prior, negated(was_known))))
+    restarts = any_of(found, all_of(placed.accepted, any_of(unknown.log_weight < prior, negated(was_known))))
     # A reference is never an obstacle; a reading may be of something else.
     met = any_of(placed.low, placed.top)
     obstacle = m.something_else(m.R)
@@ -169,21 +169,21 @@ def renewal(
     perhaps = all_of(restarts, odds < 0.0, odds > (prior if placed.is_reading else math.log(OUTSIDE)))
     # A position that was unknown before an obstacle is unknown after it.
     weight = first.log_weight + odds
-    unknown = unknown_position(first, ca.if_else(perhaps, ca.fmax(weight, prior), prior), model)
+    begun = unknown_position(first, ca.if_else(perhaps, ca.fmax(weight, prior), prior), model)
     goes_on = all_of(perhaps, was_known, negated(found))
     lost = all_of(restarts, negated(goes_on))
-    again = choose(goes_on, was.with_log_weight(weight), unknown)
-    return [first, *between, choose(restarts, again, wrong)], Renewed(found, restarts, all_of(perhaps, met), lost)
+    again = choose(goes_on, was.with_log_weight(weight), begun)
+    return [first, *between, choose(restarts, again, unknown)], Renewed(found, restarts, all_of(perhaps, met), lost)
 
 
 def _ends_elsewhere(
     first: Hypothesis, kept: Sequence[Hypothesis], placed: Placed, model: MachineModel
 ) -> dict[int, Hypothesis]:
-    """Hypotheses of ends that are elsewhere, by their place, around the position that *wrong* has found.
+    """Hypotheses of ends that are elsewhere, by their place, around the position that *unknown position* has found.
 
-    *Wrong* takes both ends for described. Each may be elsewhere, as likely as at first or as contacts left it, and
-    where the position is that of contacts with this end alone it is off by as much. Contacts with both that agree with
-    the stroke leave neither elsewhere.
+    *Unknown position* takes both ends for described. Each may be elsewhere, as likely as at first or as contacts left
+    it, and where the position is that of contacts with this end alone it is off by as much. Contacts with both that
+    agree with the stroke leave neither elsewhere.
     """
     stops, both = model.assumed.stops, all_of(placed.by_low, placed.by_top)
     prior = math.log(stops.undeclared / (1.0 - 2.0 * stops.undeclared))

@@ -35,15 +35,15 @@ from ramsight.sensor.inputs.sample import DC_POWER, PRESSURES, READINGS, SHAFT_A
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.thresholds import (
+    BETWEEN_STD,
     BLIND_SHARE,
     BOUNCE_STD_SHARE,
     CERTAIN,
+    EFFICIENCY_STD,
     FREE_TRAVEL_LEAST,
     LATE_LEAST,
     MOTOR_TURNS,
     NEVER,
-    PUMP_FRICTION_STD,
-    RELEASED_STD_SHARE,
     SHORTEST_STEP,
     SMOOTHING_TIME,
     STEADY_TORQUE,
@@ -269,7 +269,7 @@ def _grows(at: Prediction, contact: Contact, passed: Scalar, model: MachineModel
     slips = model.assumed.drive.slip * ca.fabs(sample.extending_angle * model.travel_per_radian)
     # While a bouncing load unloads the chamber, the pump may draw from the tank: the flow is then all or none.
     bounces = BOUNCE_STD_SHARE * step.load.empty_share * ca.fabs(step.motion.travel)
-    return grows + RELEASED_STD_SHARE * ca.fabs(contact.hold.went) + bounces + step.motion.flies + slips
+    return grows + BETWEEN_STD * ca.fabs(contact.hold.went) + bounces + step.motion.flies + slips
 
 
 def _contradicted(state: UpdateState, checks: DriveChecks, measured: Measured) -> dict[str, Flag]:
@@ -400,7 +400,7 @@ def _torque_evidence(
     closed_for = ca.if_else(valve, state.closed_for + sample.elapsed, 0.0)
     blind = lasted(closed_for, VALVE_SETTLED)
     model_error = (TORQUE_MODEL_STD * by_compliance) ** 2
-    friction = ca.if_else(blind, (PUMP_FRICTION_STD * sample.motor_torque) ** 2, 0.0)
+    friction = ca.if_else(blind, (EFFICIENCY_STD * sample.motor_torque) ** 2, 0.0)
     # A torque that is late is that of a moment before.
     late = model.assumed.drive.delay * step.torque.change / ca.fmax(sample.elapsed, SHORTEST_STEP)
     evidence = Measurement(

@@ -20,7 +20,7 @@ from ramsight.sensor.checks.disagreement import OnsetState, Sums, compared, grow
 from ramsight.sensor.checks.drive_check import DriveChecks, wrong_leakage
 from ramsight.sensor.inputs.sample import PRESSURES, Sample, declared_inputs
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.thresholds import PRESSURE_TURNED_LEAST, PUMP_TORQUE_STD
+from ramsight.sensor.thresholds import EFFICIENCY_STD, PRESSURE_TURNED_LEAST
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +63,7 @@ def check_pressures(
     """
     drive = model.assumed.drive
     shown = over_std > 0.0
-    gain = math.hypot(drive.torque_gain, PUMP_TORQUE_STD) * ca.fabs(sample.motor_torque)
+    gain = math.hypot(drive.torque_gain, EFFICIENCY_STD) * ca.fabs(sample.motor_torque)
     noise = model.torque_std
     sums, found = compared(
         state.difference,

@@ -60,8 +60,8 @@ from ramsight.sensor.thresholds import (
     SETTLING_STD_SHARE,
     SHOWN_SHARE,
     SURE_STDS,
-    TRANSIENT_TIME,
     USUAL_STDS,
+    VALVE_SETTLED,
     VOLUME_MODEL_STD,
 )
 
@@ -306,7 +306,7 @@ def _over(
     lasts = ca.if_else(all_of(near, any_of(before.lasts > 0.0, rose)), before.lasts + sample.elapsed, 0.0)
     began = ca.if_else(all_of(near, before.lasts > 0.0), before.position, motor.before)
     likely = likelier_at_end(motor.before, now.std, motor.way, model) > 0.0
-    over = all_of(near, any_of(now.relief > RELIEF_CERTAIN, all_of(lasted(lasts, TRANSIENT_TIME), likely)))
+    over = all_of(near, any_of(now.relief > RELIEF_CERTAIN, all_of(lasted(lasts, VALVE_SETTLED), likely)))
     return NearSettingState(lasts=lasts, position=began), over
 
 

@@ -31,9 +31,9 @@ from ramsight.sensor.thresholds import (
     TEMPERATURE_STEP,
     TEMPERATURE_STEP_LONGEST,
     TEMPERATURE_STEP_SHORTEST,
-    TRANSIENT_TIME,
     UNCERTAIN_SHARE,
     UNEXPLAINED_TORQUE,
+    VALVE_SETTLED,
     WALTHER_HIGHEST,
     WALTHER_LOWEST,
 )
@@ -176,7 +176,7 @@ DETECTORS = (
         "the machine explains the torque",
         f"{UNEXPLAINED_TORQUE:g} standard deviations; {IMPOSSIBLE_LOAD:g} × the load at relief pressure; "
         f"at rest {_percent(REST_TORQUE_SHARE)} of the torque there",
-        f"{TRANSIENT_TIME:g} s; {NOISE_TIME:g} s; {EMPTY_TIME:g} s of rest",
+        f"{VALVE_SETTLED:g} s; {NOISE_TIME:g} s; {EMPTY_TIME:g} s of rest",
         "without a usable torque the last one is used",
     ),
     Detector(

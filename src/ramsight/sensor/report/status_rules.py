@@ -25,9 +25,9 @@ from ramsight.sensor.thresholds import (
     REST_SMOOTHING,
     REST_TORQUE_SHARE,
     SURE_STDS,
-    TRANSIENT_TIME,
     UNCERTAIN_SHARE,
     UNEXPLAINED_TORQUE,
+    VALVE_SETTLED,
     WALTHER_HIGHEST,
     WALTHER_LOWEST,
 )
@@ -163,7 +163,7 @@ def implausible_torque(
     resting_for = _while(negated(turning), state.resting_for, dt)
     smoothed = state.at_rest + dt / (REST_SMOOTHING + dt) * (torque.innovation - state.at_rest)
     at_rest = ca.if_else(lasted(resting_for, EMPTY_TIME), smoothed, 0.0)
-    implausible = any_of(lasted(unexplained_for, TRANSIENT_TIME), lasted(impossible_for, NOISE_TIME))
+    implausible = any_of(lasted(unexplained_for, VALVE_SETTLED), lasted(impossible_for, NOISE_TIME))
     offset = ca.fabs(at_rest) > REST_TORQUE_SHARE * model.relief_torque + torque.hidden
     after = PlausibilityState(
         unexplained_for=unexplained_for, impossible_for=impossible_for, resting_for=resting_for, at_rest=at_rest
