@@ -20,13 +20,13 @@ END_GIVES = Constant(5e-3, "1", "share of the stroke: ends give way and are desc
 EFFICIENCY_STD = Constant(
     0.03, "1", "of a torque: catalogues round the pumps' hydromechanical efficiency to 0.02 or 0.03"
 )
-BETWEEN_STD = Constant(
-    1.0 / math.sqrt(3.0), "1", "error of either end where anything between none and all is as likely: uniform"
-)
+BETWEEN_STD = Constant(0.5, "1", "where anything between none and all may be: at most, if it is all or none")
+LAG_STD = Constant(1.0 / math.sqrt(3.0), "1", "share of a lag that is unknown: uniform between none and twice")
 VALVE_SETTLED = Constant(0.5, "s", "valves close, manifolds fill and drives release a torque within half of it")
 LOAD_FOUND_TIME = Constant(
-    0.3, "s", "after the motor starts or stops: a usual valve opens or closes and the manifold fills or leaks empty"
+    0.3, "s", "after the motor starts or stops: the valve opens and the manifold fills within it"
 )
+STOOD_STILL = Constant(0.2, "s", "of standstill before a start: the valve has closed and the manifold has leaked empty")
 
 # The motor stands: four speeds, because four things end with it.
 MOTOR_AT_REST = Constant(0.06, "rad/s", "half a step of 1 rpm, in which drives report speeds: below it the report is 0")
@@ -235,7 +235,6 @@ BLIND_SHARE = Constant(0.02, "1", "share of a load that the torque shows: below,
 TORQUE_ERROR_TIME = Constant(0.2, "s", "for which errors of a torque stay what they are: filters of drives")
 TORQUE_MODEL_STD = Constant(0.1, "1", "share of a torque by which a closed volume's equation may err")
 STEADY_TORQUE = Constant(0.02, "1", "change of the torque over what leakage makes of it: pressure has settled")
-BOUNCE_STD_SHARE = Constant(0.5, "1", "of a travel that the pump may have drawn from the tank: all or none of it")
 FREE_TRAVEL_LEAST = Constant(
     0.01, "1", "share of the stroke in one direction, after which relief pressure is an obstacle's"
 )

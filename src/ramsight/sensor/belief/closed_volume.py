@@ -35,11 +35,11 @@ from ramsight.sensor.thresholds import (
     EVENT_SAMPLING,
     EVENT_STANDING_STD,
     GAP_PERIOD,
-    LOAD_FOUND_TIME,
     MOTOR_TURNS,
     NOISE_AVERAGED,
     SHORTEST_STEP,
     SHOWN_SHARE,
+    STOOD_STILL,
     SURE_STDS,
     TINY,
     TORQUE_OFFSET,
@@ -121,7 +121,7 @@ def follow_event(
     follows = behind < EVENT_FOLLOWS * ca.fabs(step.torque.change) + SURE_STDS * noise
     stood = ca.if_else(stands, state.stood + sample.elapsed, 0.0)
     # A start that does not begin at a standstill finds the valve open and the manifold full.
-    from_rest = any_of(stands, lasted(state.stood, LOAD_FOUND_TIME), all_of(state.active, negated(state.stands)))
+    from_rest = any_of(stands, lasted(state.stood, STOOD_STILL), all_of(state.active, negated(state.stands)))
     active = all_of(closed, from_rest, step.torque.shows < SHOWN_SHARE, felt, sample.elapsed > 0.0)
     same = all_of(active, state.active, follows, stands == state.stands)
     event = _event(state, all_of(state.active, negated(same)), sample.elapsed, point)

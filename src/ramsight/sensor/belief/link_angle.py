@@ -21,7 +21,7 @@ from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.inputs.sample import LINK_ANGLE, Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.thresholds import BETWEEN_STD, INDEPENDENT, SHORTEST_STEP
+from ramsight.sensor.thresholds import INDEPENDENT, LAG_STD, SHORTEST_STEP
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +80,7 @@ def read_angle(
         use=use,
         innovation=lever.position(angle) + late - stands,
         H={Quantity.POSITION: 1.0, Quantity.ANGLE_OFFSET: slope},
-        R=error + (BETWEEN_STD * late) ** 2,
+        R=error + (LAG_STD * late) ** 2,
         alternative=ca.log(model.assumed.stops.lies / model.stroke),
         teaches={one: True for one in Quantity if one != Quantity.COMPLIANCE},
         stands=(stands, model.stroke),

@@ -16,7 +16,7 @@ from ramsight.sensor.belief.measurement import Measurement
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.thresholds import BETWEEN_STD, INDEPENDENT, SHORTEST_STEP
+from ramsight.sensor.thresholds import INDEPENDENT, LAG_STD, SHORTEST_STEP
 
 
 def read_position(
@@ -42,7 +42,7 @@ def read_position(
         use=use,
         innovation=ca.if_else(there, reported, 0.0) + late - stands,
         H={Quantity.POSITION: 1.0},
-        R=assumed.std**2 + (BETWEEN_STD * late) ** 2,
+        R=assumed.std**2 + (LAG_STD * late) ** 2,
         alternative=ca.log(assumed.wrong / stroke),
         teaches={one: True for one in Quantity if one != Quantity.COMPLIANCE},
         common=assumed.offset,

@@ -37,7 +37,6 @@ from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.thresholds import (
     BETWEEN_STD,
     BLIND_SHARE,
-    BOUNCE_STD_SHARE,
     CERTAIN,
     EFFICIENCY_STD,
     FREE_TRAVEL_LEAST,
@@ -268,7 +267,7 @@ def _grows(at: Prediction, contact: Contact, passed: Scalar, model: MachineModel
     # A reported speed that is no measured one is wrong by about the same share for long.
     slips = model.assumed.drive.slip * ca.fabs(sample.extending_angle * model.travel_per_radian)
     # While a bouncing load unloads the chamber, the pump may draw from the tank: the flow is then all or none.
-    bounces = BOUNCE_STD_SHARE * step.load.empty_share * ca.fabs(step.motion.travel)
+    bounces = BETWEEN_STD * step.load.empty_share * ca.fabs(step.motion.travel)
     return grows + BETWEEN_STD * ca.fabs(contact.hold.went) + bounces + step.motion.flies + slips
 
 
