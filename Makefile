@@ -2,6 +2,8 @@
 #   make test    the tests, minutes   make lint    style, types, what bandit finds, spelling and prose
 #   make test-slow  the other tests: every circuit, hostile frames, what the pages show, compilers with sanitizers
 #   make demo    a recorded work day: the sensor finds its position and learns; leaves demo/demo.png
+#   make paper   the study of the paper again, with a verdict on each statement: build/paper (PAPER_ARGS: its options)
+#   make film    a loader at work without position sensors: build/film/loader.html (FILM_ARGS: its options)
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; the studio in Chromium: studio.json; needs gcc
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
 #   make fuzz    damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes about an hour
@@ -28,7 +30,7 @@ PYTEST_ARGS ?= -n 2 --dist loadfile
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow lint bench study fuzz analyse audit mutants docs site package pins clean
+.PHONY: help demo paper film test test-slow lint bench study fuzz analyse audit mutants docs site package pins clean
 
 help:
 	@sed -n 's/^#   make/make/p' $(firstword $(MAKEFILE_LIST))
@@ -44,6 +46,12 @@ demo: $(INSTALLED)
 	mkdir -p demo
 	$(BIN)/ramsight demo --out demo/demo.png
 
+paper: $(INSTALLED)
+	$(BIN)/python -m reproduction --out build/paper $(PAPER_ARGS)
+
+film: $(INSTALLED)
+	$(BIN)/python -m film --out build/film $(FILM_ARGS)
+
 test: $(INSTALLED)
 	$(BIN)/python -m pytest -m "not slow" $(PYTEST_ARGS)
 
@@ -56,7 +64,7 @@ lint: $(INSTALLED)
 	$(BIN)/bandit -q -r src -c pyproject.toml
 	$(BIN)/mypy
 	env MYPYPATH=src $(BIN)/mypy --strict examples/typed.py
-	$(BIN)/codespell README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md docs examples src
+	$(BIN)/codespell README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md docs examples film reproduction src
 	$(BIN)/proselint check --config docs/proselint.json README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md docs/index.md docs/design.md docs/export.md docs/safety.md docs/validation.md docs/design docs/explanation docs/how-to docs/reference docs/tutorials
 
 bench: $(INSTALLED)

@@ -12,13 +12,13 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from exported_run import CompiledSensor
 from results import keep
 
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.c_sensor import inputs_of, sensor_source
 from ramsight.deploy.compiler import find_compiler, version
-from ramsight.deploy.exported_run import CompiledSensor
 from ramsight.deploy.golden import faulty_day
 from ramsight.engine.recursion import replay
 from ramsight.plant.as_built import AsBuilt

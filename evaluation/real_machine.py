@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import xarray
 from effects import both_pumps
+from judged_errors import Judged, judge
 from numpy.typing import NDArray
 
 from ramsight import machine
@@ -29,7 +30,6 @@ from ramsight.plant.heat import HeatStores
 from ramsight.plant.oil import kinematic_viscosity
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
-from ramsight.tracking.judged_errors import Judged, judge
 
 UNIT = "boom"
 DAYS = 6

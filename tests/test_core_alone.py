@@ -58,8 +58,6 @@ NEEDED = {
         ("logs", "shared", str(DAY), str(DAY)),
     ],
     "datasets,figures": [
-        ("loader", "--out", "loader"),
-        ("paper", "--out", "paper"),
         ("compare", "mining-loader", str(DAY), str(TRUTH), "--unit", "boom", "--figure", "both.png"),
     ],
     "identify": [

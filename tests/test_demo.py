@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from ramsight.cli import app
+from ramsight.demo import AS_BUILT, LOG, TRUTH
+from ramsight.demo.demonstration import demonstrated
+from ramsight.demo.showing import draw
 from ramsight.logs import read_truth
-from ramsight.showcase.demo import AS_BUILT, LOG, TRUTH
-from ramsight.showcase.demo.demonstration import demonstrated
-from ramsight.showcase.demo.showing import draw
 
 
 @pytest.fixture(scope="module")

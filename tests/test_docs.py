@@ -19,8 +19,13 @@ from ramsight.sensor.status import Status
 
 ROOT = Path(__file__).parent.parent
 BELOW = sorted(m.name for m in pkgutil.walk_packages(ramsight.__path__, "ramsight.") if not m.name.endswith("__main__"))
-MODULES = ["ramsight", *BELOW]
+BESIDE = [
+    f"{name}.{module.name}" for name in ("film", "reproduction") for module in pkgutil.iter_modules([str(ROOT / name)])
+]
+MODULES = ["ramsight", *BELOW, *(name for name in BESIDE if not name.endswith("__main__"))]
 LONG = (
+    "film.",
+    "reproduction.",
     "ramsight.control.",
     "ramsight.closed_loop.",
     "ramsight.api.",

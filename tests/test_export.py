@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.exported_run import CompiledSensor
 from ramsight import machine
 from ramsight.cli import app
 from ramsight.deploy.c_alike import Collapsed
@@ -38,7 +39,6 @@ from ramsight.deploy.compiler import (
     library,
     run,
 )
-from ramsight.deploy.exported_run import CompiledSensor
 from ramsight.deploy.golden import faulty_day
 from ramsight.engine.cache import instructions
 from ramsight.engine.graph import graph_of

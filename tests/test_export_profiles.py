@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from evaluation.judged_errors import judge
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.compiler import find_compiler
@@ -19,7 +20,6 @@ from ramsight.machine.as_toml import as_toml
 from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.kind import KINDS, Kind
-from ramsight.tracking.judged_errors import judge
 
 from .command import at_once
 

@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ramsight.calibration.flow_law import columns, fit, root, student
-from ramsight.plant.efficiency import catalogue_pump
+
+from .pump_curves import catalogue_pump
 
 ROOT = Path(__file__).parent.parent
 DATA = Path(os.environ.get("RAMSIGHT_DATA", ROOT.parent / "shared" / "data")) / "uci_hydraulic"

@@ -37,8 +37,7 @@ STREET = [
     {"deploy"},
     {"api"},
     {"studio"},
-    {"reproduction"},
-    {"showcase"},
+    {"demo"},
     {"cli"},
     {"__main__"},
 ]
@@ -121,8 +120,8 @@ def allowed(room: str, other: str) -> bool:
 
 
 FILES = sorted(SOURCE.rglob("*.py"))
-SHOWN = {"reproduction", "showcase"}
-"""Rooms that show what the others can do; only a verb loads them."""
+SHOWN = {"demo"}
+"""The room that shows what the others can do; only its verb loads it."""
 SAME_NAME = {"balance", "leakage", "oil_warming", "report", "thresholds"}
 """Names that two files have, one of them in the sensor: its stage has the name of what it estimates."""
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import ramsight
+from evaluation.judged_errors import judge
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.compiler import find_compiler
@@ -19,7 +20,6 @@ from ramsight.plant.build import build
 from ramsight.plant.linkage import build_mechanism, joints
 from ramsight.plant.linkage.lever import lever
 from ramsight.sensor.kalman import kalman
-from ramsight.tracking.judged_errors import judge
 
 from .golden import golden
 

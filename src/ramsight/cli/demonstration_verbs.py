@@ -24,10 +24,10 @@ def demo(
 
     Example: ramsight demo
     """
+    from ramsight.demo.demonstration import demonstrated
+    from ramsight.demo.showing import write_figure
     from ramsight.optional import missing
     from ramsight.output import check_figure
-    from ramsight.showcase.demo.demonstration import demonstrated
-    from ramsight.showcase.demo.showing import write_figure
 
     lacks = missing("figures") if out is None else ""
     picture = None if lacks else out or Path("demo.png")

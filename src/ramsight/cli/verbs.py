@@ -24,7 +24,6 @@ from ramsight.cli import (
     sharing_verbs,
     simulation_verbs,
     studio_verbs,
-    study_verbs,
     tracking_verbs,
 )
 from ramsight.cli.common import group
@@ -103,7 +102,7 @@ def ramsight(
 
 SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
     "Describe": (machine_verbs.new, machine_verbs.check, drawing_verbs.draw),
-    "Simulate and study": (simulation_verbs.simulate, datasheet_verbs.datasheet, study_verbs.loader, study_verbs.paper),
+    "Simulate and study": (simulation_verbs.simulate, datasheet_verbs.datasheet),
     "Follow a log": (tracking_verbs.track, comparing_verbs.compare),
     "Calibrate and commission": (
         calibration_verbs.leak_test,
