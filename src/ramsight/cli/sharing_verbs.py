@@ -13,10 +13,6 @@ _LOG = "log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its 
 def logs_shared(
     first: Annotated[Path, typer.Argument(help=f"One drive's {_LOG}")],
     second: Annotated[Path, typer.Argument(help=f"The other drive's {_LOG}")],
-    battery: Annotated[
-        Path | None, typer.Option(help="time_s, battery_voltage_v and battery_current_a, .csv or .csv.gz.")
-    ] = None,
-    others: Annotated[str, typer.Option(help="What others than the drives take of the battery, on average.")] = "0 W",
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="Which of the first log's channels are what: a TOML file.")
     ] = None,
@@ -24,17 +20,15 @@ def logs_shared(
         Path | None, typer.Option("--second-map", help="The same of the second log; as --map without it.")
     ] = None,
 ) -> None:
-    """Say whether the drives of two units of one machine agree on the oil and the battery that they share.
+    """Say whether the drives of two units of one machine agree on the oil and the voltage that they share.
 
-    Both thermometers, both voltages of the DC link, and both powers against the battery's, as far as the logs have
-    them; both logs have one clock. Which of two is wrong this cannot tell.
+    Both thermometers and both voltages of the DC link, as far as the logs have them; both logs have one clock. Which of
+    two is wrong this cannot tell.
 
-    Example: ramsight logs shared boom.csv bucket.csv --battery battery.csv --others "150 W"
+    Example: ramsight logs shared boom.csv bucket.csv
     """
     from ramsight.api.shared_reports import check_shared
     from ramsight.logs import read_log
-    from ramsight.logs.battery import read_battery
 
     logs = [read_log(first, channel_map), read_log(second, second_map or channel_map)]
-    passed = None if battery is None else read_battery(battery)
-    typer.echo(check_shared(*logs, battery=passed, others=others).text)
+    typer.echo(check_shared(*logs).text)
