@@ -1,6 +1,6 @@
 """The table "What to expect" of README.md and docs/index.md: python evaluation/expected.py.
 
-It is made from the stored data sheets (docs/sheets) and from study.json; nothing is simulated.
+It is made from the stored data sheets (docs/sheets) and from results/study.json; nothing is simulated.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def better() -> list[str]:
     trials = datasheets.measures()
     identified = next(one for one in trials if "identify" in one["measure"])
     alone = next(one for one in trials if one["measure"] == "nothing")
-    together = json.loads((ROOT / "study.json").read_text())["real_machine"]["together"]
+    together = json.loads((ROOT / "results" / "study.json").read_text())["real_machine"]["together"]
     before, after = (f"{1e3 * one['error']['value']:.1f}" for one in (alone, identified))
     stops, link = (f"{together[key]['p95_mm']:.1f} mm" for key in ("stops", "link"))
     return [

@@ -30,7 +30,7 @@ KINDS = {
     "described": ("in service", "in service"),
     "not described": ("in service", "bench's"),
 }
-"""By the key in study.json: the machine, and the sensor's description."""
+"""By the key in results/study.json: the machine, and the sensor's description."""
 _DAY, _VISITS = 1200.0, 120.0  # s
 _OIL = 313.15  # K
 

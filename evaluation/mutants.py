@@ -1,6 +1,6 @@
-"""Small changes that break the code, each tried against the tests that are to notice it: mutants.json.
+"""Small changes that break the code, each tried against the tests that are to notice it: results/mutants.json.
 
-python evaluation/mutants.py --out mutants.json [--only TEXT]
+python evaluation/mutants.py --out results/mutants.json [--only TEXT]
 
 With --only the other results in the file stay as they are.
 
@@ -28,7 +28,7 @@ from ramsight.output import write_text
 ROOT = Path(__file__).parent.parent
 TABLE = Path(__file__).with_suffix(".toml")
 COPIED = (
-    "benchmarks", "docs", "evaluation", "examples", "film", "fuzz", "package", "reproduction",
+    "benchmarks", "docs", "evaluation", "examples", "film", "fuzz", "package", "reproduction", "results",
     "src", "tests", "typings",
 )  # fmt: skip
 PATIENCE = 900.0  # s; tests that take longer than that are taken to have failed

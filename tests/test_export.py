@@ -544,7 +544,10 @@ def test_the_export_page_quotes_what_a_cortex_takes(monkeypatch):
     root = Path(__file__).parent.parent
     monkeypatch.syspath_prepend(root / "benchmarks")
     cortex = importlib.import_module("cortex")
-    found, page = json.loads((root / "bench.json").read_text()), (root / "docs" / "reference" / "c-cost.md").read_text()
+    found, page = (
+        json.loads((root / "results" / "bench.json").read_text()),
+        (root / "docs" / "reference" / "c-cost.md").read_text(),
+    )
     assert "\n".join(cortex.table(found["cortex"])) in page
     assert found["cortex_compiler"] in page
     assert set(found["cortex"]) == {core.name for core in cortex.CORES}
@@ -560,7 +563,7 @@ def test_statuses_and_their_texts_are_in_the_header(exported):
 
 def test_the_export_page_quotes_the_benchmark():
     root = Path(__file__).parent.parent
-    found = json.loads((root / "bench.json").read_text())
+    found = json.loads((root / "results" / "bench.json").read_text())
     page = "".join((root / "docs" / f"{name}.md").read_text() for name in ("export", "reference/c-cost"))
     quoted = [f"| {found['export_samples']} samples |"]
     for build_name in ("double", "float"):

@@ -135,8 +135,8 @@ def test_the_page_quotes_what_profiles_cost(monkeypatch):
     for folder in ("benchmarks", "evaluation"):
         monkeypatch.syspath_prepend(ROOT / folder)
     page = (ROOT / "docs" / "export.md").read_text(encoding="utf-8")
-    sizes = json.loads((ROOT / "bench.json").read_text(encoding="utf-8"))["cortex_profiles"]
-    study = json.loads((ROOT / "study.json").read_text(encoding="utf-8"))["profiles"]
+    sizes = json.loads((ROOT / "results" / "bench.json").read_text(encoding="utf-8"))["cortex_profiles"]
+    study = json.loads((ROOT / "results" / "study.json").read_text(encoding="utf-8"))["profiles"]
     cortex, profiles = importlib.import_module("cortex"), importlib.import_module("profiles")
     assert "\n".join(cortex.profile_table(sizes)) in page
     assert "\n".join(profiles.table(study)) in page

@@ -113,5 +113,5 @@ def test_a_real_pump_obeys_the_law(monkeypatch):
     assert abs(found["bias_percent"]) <= 0.5
     assert found["auc_0_1"] >= 0.99
     assert found["auc_1_2"] >= 0.99
-    written = json.loads((ROOT / "study.json").read_text())["real_oil"]
+    written = json.loads((ROOT / "results" / "study.json").read_text())["real_oil"]
     assert found == pytest.approx(written, rel=1e-6, abs=0.0)

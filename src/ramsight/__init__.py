@@ -17,6 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ramsight._version import __version__
+from ramsight.circuit_picture import draw_circuits_by
 
 if TYPE_CHECKING:
     from ramsight.api.calibrating import identify, identify_values, leak_test
@@ -169,3 +170,5 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
     def __dir__():
         """The public names alone."""
         return sorted(__all__)
+
+    draw_circuits_by(lambda unit, name: __getattr__("draw")(unit, unit=name))

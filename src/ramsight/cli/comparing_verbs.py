@@ -7,16 +7,13 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, Strict, named_unit, say_verdicts, say_written
+from ramsight.cli.common import DriveLog, DrivenUnit, Machine, Strict, named_unit, say_verdicts, say_written
 from ramsight.cli.strictness import strictly
 
 
 def compare(
     machine: Machine,
-    log: Annotated[
-        Path,
-        typer.Argument(help="Drive log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix."),
-    ],
+    log: DriveLog,
     other: Annotated[
         Path | None,
         typer.Argument(help="What the real sensor says: time_s and position_m, .csv or .csv.gz; not needed with --dc."),

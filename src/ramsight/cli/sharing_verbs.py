@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-_LOG = "log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix."
+from ramsight.cli.common import LOG
 
 
 def logs_shared(
-    first: Annotated[Path, typer.Argument(help=f"One drive's {_LOG}")],
-    second: Annotated[Path, typer.Argument(help=f"The other drive's {_LOG}")],
+    first: Annotated[Path, typer.Argument(help=f"One drive's log: {LOG}.")],
+    second: Annotated[Path, typer.Argument(help=f"The other drive's log: {LOG}.")],
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="Which of the first log's channels are what: a TOML file.")
     ] = None,
