@@ -10,8 +10,7 @@ import typer
 
 from film.loading_cycle import Options, work
 from film.report import summary, write_work
-from ramsight.errors import RamsightError
-from ramsight.machine import load_machine
+from ramsight import RamsightError, load_machine
 from ramsight.output import check_folder
 from ramsight.plant.linked import build_linked
 from ramsight.progress import progress

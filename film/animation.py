@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight import Status
 from ramsight.drawing.mechanism.bodies import Shapes, shapes
 from ramsight.drawing.mechanism.bucket import rock
 from ramsight.drawing.mechanism.scenery import heap_radius, scenery
@@ -23,7 +24,6 @@ from ramsight.drawing.mechanism.side_view import COLOURS, draw_ground, draw_rock
 from ramsight.optional import needing
 from ramsight.output import atomic_path, write_text
 from ramsight.plant.linked import LinkedMachine
-from ramsight.sensor.status import Status
 from ramsight.signals import Signals
 from ramsight.tracking.pieces import as_said
 

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ramsight import AsBuilt, DescriptionError, DriveResponse
 from ramsight.closed_loop.loop import ClosedLoop
 from ramsight.closed_loop.loop_settings import LoopSettings
-from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.linked_duty import simulate_linked
 from ramsight.duty.loading import PHASES, Phase
 from ramsight.duty.simulate import SAMPLE_PERIOD
-from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
-from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.linkage import joints, tip
 from ramsight.plant.linked import LinkedMachine

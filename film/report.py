@@ -11,11 +11,10 @@ import numpy as np
 
 from film.animation import write_animation
 from film.loading_cycle import UNITS, Options, Work
-from ramsight._version import __version__
+from ramsight import Status, __version__
 from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing
 from ramsight.output import whole_folder
-from ramsight.sensor.status import Status
 from ramsight.tracking.figures import ERROR, ESTIMATE, STYLE, TRUTH, UNCERTAIN, save
 from ramsight.units import RPM
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.errors import DescriptionError, RamsightError
+from ramsight import DescriptionError, RamsightError
 from ramsight.output import check_folder
 from ramsight.progress import progress
 from ramsight.units import parse_option

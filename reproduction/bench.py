@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight import Duty, drive_report, lift_lower, simulate
 from ramsight.calibration.cached import calibrated
-from ramsight.duty.drive_report import DriveReport, report
-from ramsight.duty.lift_lower import SPEED, lift_lower
-from ramsight.duty.profile import Duty, constant, trapezoid_moves
-from ramsight.duty.simulate import simulate
+from ramsight.duty.lift_lower import SPEED
+from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.machine.description import Machine
 from ramsight.plant.ddh import DdhUnit, build_ddh
 from ramsight.plant.steady import torque_at_load
@@ -135,10 +134,10 @@ class Bench:
             of or self.unit,
             load,
             temperature,
-            motor_speed=motor_speed,
+            speed=motor_speed,
             ramp=self.ramp if ramp is None else ramp,
             hold=hold,
-            start_position=None if start is None else self.at(start),
+            start=None if start is None else self.at(start),
             visits=visits,
         )
 
@@ -174,7 +173,7 @@ class Bench:
             seed: of the log's noise.
             start_known: whether the sensor starts at the known position; `kalman` alone can do without.
         """
-        log = report(run, DriveReport(seed=seed))
+        log = drive_report(run, seed=seed)
         sensor.start(float(run["position"][0]) if start_known else None)
         tracked = sensor.track(log if add is None else add(log))
         return Tracked(run["time"].values, run["position"].values, tracked["position"].values, tracked["status"].values)

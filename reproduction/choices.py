@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ramsight import machine
+from ramsight import DescriptionError, load_machine
 from ramsight.duty.lift_lower import RAMP
-from ramsight.errors import DescriptionError
 from ramsight.machine.description import DirectDriven, Machine
 from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.steady import derive
@@ -50,7 +49,7 @@ class Choices:
             >>> round(changed.unit("boom").hose.diameter, 4)  # m
             0.0254
         """
-        found = machine.load_machine(self.machine)
+        found = load_machine(self.machine)
         for name in UNITS:
             direct_driven(found, name)
         changes = {f"units.{key}": value for key, value in self.values}

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ramsight.duty.profile import Duty
-from ramsight.duty.simulate import simulate
+from ramsight import Duty, simulate
 from reproduction.bench import SEED, TEMPERATURE, Bench, Tracked
 
 _SETTLES = 0.5  # s after a ramp

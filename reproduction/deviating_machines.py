@@ -6,8 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ramsight.duty.simulate import simulate
-from ramsight.plant.as_built import AsBuilt
+from ramsight import AsBuilt, simulate
 from reproduction.bench import Bench
 from reproduction.chapter import Chapter, Grid, Statement, Verdict
 from reproduction.figure_style import SENSORS

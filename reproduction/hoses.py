@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 from typing import Any
 
+from ramsight import simulate
 from ramsight.duty.lift_lower import SPEED
-from ramsight.duty.simulate import simulate
 from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.hose import Hose
 from ramsight.plant.pump import Pump

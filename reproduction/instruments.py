@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from ramsight.duty.simulate import simulate
+from ramsight import simulate
 from ramsight.machine import catalogue
 from ramsight.machine.declare import declaration
 from ramsight.machine.parts import PARTS

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ramsight import Duty, Profile, simulate
 from ramsight.duty.lift_lower import SPEED
-from ramsight.duty.profile import Duty, Profile, constant, trapezoid_moves
-from ramsight.duty.simulate import simulate
+from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.plant.steady import torque_at_load
 from reproduction.bench import TEMPERATURE, Bench, Tracked
 from reproduction.chapter import Chapter, Grid, Picture, Statement, Verdict

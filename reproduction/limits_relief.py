@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ramsight.duty.simulate import simulate
+from ramsight import Status, simulate
 from ramsight.plant.steady import derive
-from ramsight.sensor.status import Status
 from reproduction.bench import Bench
 from reproduction.chapter import Chapter, Picture, Statement, Verdict
 from reproduction.figure_style import SENSORS

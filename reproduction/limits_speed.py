@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.duty.simulate import simulate
+from ramsight import simulate
 from ramsight.units import RPM
 from reproduction.bench import TABLE_SPEEDS, Bench
 from reproduction.chapter import Chapter, Picture, Statement, Verdict

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ramsight.duty.simulate import simulate
+from ramsight import simulate
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
 from reproduction.bench import Bench

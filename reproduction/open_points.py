@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from ramsight.duty.simulate import simulate
+from ramsight import simulate
 from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.pump import Pump
 from ramsight.plant.steady import derive

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.duty.simulate import SAMPLE_PERIOD, simulate
+from ramsight import simulate
+from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.tracking.references import ProximitySwitch, with_stop, with_switches
 from reproduction.bench import Bench
 

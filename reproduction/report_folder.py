@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from ramsight._version import __version__
+from ramsight import __version__
 from ramsight.output import whole_folder
 from reproduction.chapter import Study
 from reproduction.coverage import coverage

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ramsight.duty.simulate import simulate
+from ramsight import simulate
 from ramsight.plant.hose import Hose
 from ramsight.plant.oil import MINERAL_EXPANSION, T40, T100, walther_constants
 from ramsight.plant.pump import Pump

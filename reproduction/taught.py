@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.duty.simulate import simulate
+from ramsight import simulate
 from ramsight.plant.ddh import DdhUnit
 from reproduction.bench import Bench
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight import Duty, simulate
 from ramsight.duty.lift_lower import SPEED
-from ramsight.duty.profile import Duty, constant, trapezoid_moves
-from ramsight.duty.simulate import simulate
+from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.optional import needing
 from ramsight.plant.steady import derive, torque_at_load
 from ramsight.units import RPM

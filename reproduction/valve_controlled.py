@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ramsight import machine
+from ramsight import Duty, Profile, load_machine, simulate
 from ramsight.duty.lift_lower import SPEED
-from ramsight.duty.profile import Duty, Profile, constant, trapezoid_moves
-from ramsight.duty.simulate import SAMPLE_PERIOD, simulate
+from ramsight.duty.profile import constant, trapezoid_moves
+from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.composed import ComposedUnit, build_composed
 from ramsight.plant.limits import pump_reliefs
 from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
@@ -87,7 +87,7 @@ def valve_controlled(bench: Bench) -> ComposedUnit:
     Args:
         bench: a unit that lifts by extending.
     """
-    unit = build_composed(UNIT, cast("Composed", machine.load_machine(MACHINE).unit(UNIT)))
+    unit = build_composed(UNIT, cast("Composed", load_machine(MACHINE).unit(UNIT)))
     own = {"hose_a": bench.unit.a.hose, "hose_b": bench.unit.b.hose}
     higher = bench.unit.held_side.relief.setting - pump_reliefs(unit)[0].setting
 
