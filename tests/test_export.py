@@ -26,9 +26,8 @@ from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.c_function import PLAIN, Term
 from ramsight.deploy.c_functions import Handed, functions
 from ramsight.deploy.c_lines import Scribe
-from ramsight.deploy.c_sections import by_section, live_marks
 from ramsight.deploy.c_sensor import inputs_of, sensor_source
-from ramsight.deploy.c_step import field_of
+from ramsight.deploy.c_step import by_section, field_of, live_marks
 from ramsight.deploy.compiler import (
     STRICT,
     CompilerError,

@@ -10,6 +10,6 @@ from __future__ import annotations
 from pathlib import Path
 
 MACHINE, UNIT = "mining-loader", "boom"
-LOG, TRUTH = (Path(__file__).parent / name for name in ("workday.csv.gz", "workday_truth.csv.gz"))
+LOG, POSITION = (Path(__file__).parent / name for name in ("workday.csv.gz", "workday_truth.csv.gz"))
 AS_BUILT = {"leak": 1.15, "displacement": 0.996}
 """What the sensor is to learn of the machine, over its data sheet."""

@@ -1,4 +1,7 @@
-"""What the demonstration shows: the sensor finds its position and learns, beside what the data sheet alone says."""
+"""The demonstration: two tracks of the log that ships with the package, and what they show side by side.
+
+The sensor finds its position and learns; the data sheet alone does not.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ramsight.demo import AS_BUILT
+from ramsight.api.tracking import follow
+from ramsight.demo import AS_BUILT, LOG, MACHINE, POSITION, UNIT
+from ramsight.logs.truth import truth_signals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing
+from ramsight.plant.build import build
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.thresholds import START_STD
 from ramsight.signals import Signals
+from ramsight.tracking.compared_track import with_error
 from ramsight.tracking.figures import (
     ERROR,
     ESTIMATE,
@@ -27,6 +36,7 @@ from ramsight.tracking.position_errors import stop_visits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
 
 _TAUGHT = 3  # visits to an end stop after which the sensor is judged
 _SETTLES = 3.0  # s after a visit
@@ -131,3 +141,26 @@ def _learned(axes: Any, sensor: Signals, name: str, words: str) -> None:
     axes.axhline(AS_BUILT[name], color=TRUTH, lw=1.0, ls="--", label="what it is")
     legend_above(axes, fontsize=7)
     axes.set_ylabel(f"{words}\n[1]")
+
+
+def demonstrated(progress: bool = False) -> Shown:
+    """Track the log of the package: by the sensor without a start, and by the data sheet with the true one.
+
+    Args:
+        progress: show a bar on a terminal if it takes long.
+    """
+    unit, truth = build(MACHINE, UNIT), truth_signals(POSITION)
+    sensor = _track(unit, truth, "kalman", None, progress=progress)
+    sheet = _track(unit, truth, "balance", float(truth["position"].values[0]), progress=progress)
+    return Shown(sensor, sheet, truth, unit.cylinder.stroke)
+
+
+def _track(unit: HydraulicUnit, truth: Signals, kind: str, start: float | None, *, progress: bool) -> Signals:
+    """The log with a sensor's track and its error."""
+    done = follow(
+        unit, LOG, sensor=kind, start=start, start_std=START_STD, keep_track=True, keep_log=True, all_of_it=True,
+        progress=progress,
+    )  # fmt: skip
+    assert done.track is not None
+    assert done.log is not None
+    return with_error(Signals({**done.log.columns, **done.track.columns}, done.track.attrs), truth)
