@@ -11,9 +11,10 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.signals import Samples
-from ramsight.tracking.position_errors import stop_visits, turning_for
+from ramsight.tracking.position_errors import stop_visits
 
 _WRONG, _LEAST = 4.0, 1e-3  # standard deviations and m from which a position that is reported as ok is wrong
+_STANDING = 0.2  # rad/s; two steps of a drive that reports whole rpm
 _STARTS = 0.5  # s after the motor has started, from when on an error counts
 _APART = 5.0  # s between two visits to a stop
 _SETTLES = 3.0  # s after a visit, from when on errors count
@@ -90,6 +91,23 @@ def judge(
 def _share(which: NDArray[np.bool_]) -> float:
     """Of samples for which something holds; NaN if there are none."""
     return float(which.mean()) if which.size else float("nan")
+
+
+def turning_for(time: NDArray[np.float64], motor_speed: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How long the motor has been turning at each sample [s], 0 while it stands.
+
+    Args:
+        time: [s], shape (n,), increasing.
+        motor_speed: [rad/s], shape (n,).
+
+    Example:
+        >>> turning_for(np.arange(4.0), np.array([0.0, 5.0, 5.0, 0.0])).tolist()
+        [0.0, 0.0, 1.0, 0.0]
+    """
+    turns = np.abs(motor_speed) > _STANDING
+    starts = turns & ~np.concatenate([[False], turns[:-1]])
+    since = np.maximum.accumulate(np.where(starts, np.arange(len(time)), 0))
+    return np.where(turns, time - time[since], 0.0)
 
 
 def wrong_and_ok(

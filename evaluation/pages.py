@@ -28,15 +28,14 @@ import tuned_sensor
 import undisturbed
 import unit_control
 import wrong_descriptions
+from page_tables import constant_table, shared_table
 
 from ramsight.closed_loop import thresholds as loop_thresholds
-from ramsight.constant import constant_table
 from ramsight.control import thresholds as control_thresholds
 from ramsight.output import write_text
 from ramsight.sensor import thresholds as sensor_thresholds
 from ramsight.sensor.report.detectors import detector_table
 from ramsight.study.datasheet.statistics import share_of
-from ramsight.tracking.sharing import shared_table
 
 ROOT = Path(__file__).parents[1]
 THRESHOLDS = {

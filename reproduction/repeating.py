@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ramsight import simulate
 from ramsight.duty.simulate import SAMPLE_PERIOD
-from ramsight.tracking.references import ProximitySwitch, with_stop, with_switches
 from reproduction.bench import Bench
+from reproduction.references import ProximitySwitch, with_stop, with_switches
 
 if TYPE_CHECKING:
     import xarray

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 import ramsight
-from ramsight.constant import constant_table, constants_of
+from evaluation.page_tables import constant_table
+from ramsight.constant import constants_of
 from ramsight.sensor import redundancy
 from ramsight.sensor.report import detectors
 from ramsight.sensor.report.detectors import DETECTORS, detector_table

@@ -10,11 +10,12 @@ import xarray
 from typer.testing import CliRunner
 
 import ramsight
+from evaluation.page_tables import shared_table
 from ramsight.cli.verbs import app
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.output import write_table
 from ramsight.sensor.checks.disagreement import sure
-from ramsight.tracking.sharing import OIL, SHARED, VOLTAGE, Agreement, Allowed, shared_table
+from ramsight.tracking.sharing import OIL, SHARED, VOLTAGE, Agreement, Allowed
 
 PAGE = (Path(__file__).parents[1] / "docs" / "reference" / "detectors.md").read_text(encoding="utf-8")
 H, LASTS = 0.02, 600.0

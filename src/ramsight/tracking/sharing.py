@@ -169,14 +169,3 @@ class Agreement:
             rows: time [s] and both reports, shape (samples, 3).
         """
         return replay(self._graph, np.ascontiguousarray(rows), self._set, self._kept)
-
-
-def shared_table() -> str:
-    """The rows for the documentation, in Markdown."""
-    rows = ["| | signals | hypothesis | threshold | summed up over | then |", "|" + "---|" * 6]
-    threshold = "one false alarm in 1000 h, from declared noise, what lasts, and delay"
-    rows += [
-        f"| `{one.name}` | {one.signals} | {one.hypothesis} | {threshold} | {one.memory:g} s | {one.then} |"
-        for one in SHARED
-    ]
-    return "\n".join(rows)
