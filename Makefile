@@ -2,12 +2,14 @@
 #   make test    the tests, minutes   make lint    style, types, what bandit finds, spelling and prose
 #   make test-slow  the other tests: every circuit, hostile frames, what the pages show, compilers with sanitizers
 #   make demo    a recorded work day: the sensor finds its position and learns; leaves demo/demo.png
-#   make bench   speed against C, scipy and CVODES: bench.json and its figures; the studio in Chromium: studio.json; needs gcc
-#   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
-#   make fuzz    damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes about an hour
+#   make paper   the study of the paper again, with a verdict on each statement: build/paper (PAPER_ARGS: its options)
+#   make film    a loader at work without position sensors: build/film/loader.html (FILM_ARGS: its options)
+#   make bench   speed against C, scipy and CVODES: results/bench.json and its figures; the studio in Chromium: results/studio.json; needs gcc
+#   make study   what the docs quote of studies: results/study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
+#   make fuzz    damaged files, states and slots, hostile frames, killed writers: results/fuzz.json; takes about an hour
 #   make analyse  exported C by gcc's analyzer, and by clang-tidy and cppcheck where they are installed
 #   make audit   known vulnerabilities of the pinned packages, where their database can be had
-#   make mutants  small changes that break the code, each against its tests: mutants.json; takes some minutes
+#   make mutants  small changes that break the code, each against its tests: results/mutants.json; takes some minutes
 #   make docs    docs/, examples/ with what they draw, and the Python reference as a site, read offline: build/site/index.html
 #   make site    the same, whether or not something has changed
 #   make pins    renew the pinned versions
@@ -28,7 +30,7 @@ PYTEST_ARGS ?= -n 2 --dist loadfile
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow lint bench study fuzz analyse audit mutants docs site package pins clean
+.PHONY: help demo paper film test test-slow lint bench study fuzz analyse audit mutants docs site package pins clean
 
 help:
 	@sed -n 's/^#   make/make/p' $(firstword $(MAKEFILE_LIST))
@@ -44,6 +46,12 @@ demo: $(INSTALLED)
 	mkdir -p demo
 	$(BIN)/ramsight demo --out demo/demo.png
 
+paper: $(INSTALLED)
+	$(BIN)/python -m reproduction --out build/paper $(PAPER_ARGS)
+
+film: $(INSTALLED)
+	$(BIN)/python -m film --out build/film $(FILM_ARGS)
+
 test: $(INSTALLED)
 	$(BIN)/python -m pytest -m "not slow" $(PYTEST_ARGS)
 
@@ -56,30 +64,30 @@ lint: $(INSTALLED)
 	$(BIN)/bandit -q -r src -c pyproject.toml
 	$(BIN)/mypy
 	env MYPYPATH=src $(BIN)/mypy --strict examples/typed.py
-	$(BIN)/codespell README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md docs examples src
+	$(BIN)/codespell README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md docs examples film reproduction src
 	$(BIN)/proselint check --config docs/proselint.json README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md docs/index.md docs/design.md docs/export.md docs/safety.md docs/validation.md docs/design docs/explanation docs/how-to docs/reference docs/tutorials
 
 bench: $(INSTALLED)
-	$(BIN)/python benchmarks/run.py --out bench.json
-	$(BIN)/python benchmarks/starts.py --out bench.json
-	$(BIN)/python benchmarks/exported.py --out bench.json
-	$(BIN)/python benchmarks/cortex.py --out bench.json
-	$(BIN)/python benchmarks/studies.py --out bench.json
-	$(BIN)/python benchmarks/roofline.py --out bench.json
-	$(BIN)/python benchmarks/growth.py --out bench.json
-	$(BIN)/python benchmarks/peers.py --out bench.json
-	$(BIN)/python benchmarks/figures.py bench.json docs/images
+	$(BIN)/python benchmarks/run.py --out results/bench.json
+	$(BIN)/python benchmarks/starts.py --out results/bench.json
+	$(BIN)/python benchmarks/exported.py --out results/bench.json
+	$(BIN)/python benchmarks/cortex.py --out results/bench.json
+	$(BIN)/python benchmarks/studies.py --out results/bench.json
+	$(BIN)/python benchmarks/roofline.py --out results/bench.json
+	$(BIN)/python benchmarks/growth.py --out results/bench.json
+	$(BIN)/python benchmarks/peers.py --out results/bench.json
+	$(BIN)/python benchmarks/figures.py results/bench.json docs/images
 	$(BIN)/python benchmarks/limits_page.py
-	$(BIN)/python benchmarks/studio.py --out studio.json
+	$(BIN)/python benchmarks/studio.py --out results/studio.json
 
 study: $(INSTALLED)
-	$(BIN)/python evaluation/run.py --out study.json
-	$(BIN)/python evaluation/bounds.py --out study.json
+	$(BIN)/python evaluation/run.py --out results/study.json
+	$(BIN)/python evaluation/bounds.py --out results/study.json
 	$(BIN)/python evaluation/pages.py
 	$(BIN)/python evaluation/expected.py
 
 fuzz: $(INSTALLED)
-	$(BIN)/python fuzz/run.py --out fuzz.json
+	$(BIN)/python fuzz/run.py --out results/fuzz.json
 	$(BIN)/python fuzz/page.py
 
 analyse: $(INSTALLED)
@@ -93,7 +101,7 @@ audit:
 	$(PYTHON) package/audit.py $(AUDIT)/bin/pip-audit $(PINS) $(DOCS_PINS)
 
 mutants: $(INSTALLED)
-	$(BIN)/python evaluation/mutants.py --out mutants.json
+	$(BIN)/python evaluation/mutants.py --out results/mutants.json
 
 $(DOCS_INSTALLED): $(INSTALLED) $(DOCS_PINS)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r $(DOCS_PINS)

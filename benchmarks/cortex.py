@@ -1,6 +1,6 @@
-"""What an exported sensor takes of a Cortex-M: bytes by arm-none-eabi-gcc, instructions by QEMU; into bench.json.
+"""What an exported sensor takes of a Cortex-M (arm-none-eabi-gcc, QEMU), into results/bench.json.
 
-python benchmarks/cortex.py [--out bench.json]
+python benchmarks/cortex.py [--out results/bench.json]
 
 The golden samples run on emulated processors, so that what is counted is also right. QEMU counts instructions, not
 cycles: caches, waits for flash and long divisions are not in it.
@@ -15,7 +15,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from results import keep
+from bench_file import keep
 
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
@@ -142,7 +142,7 @@ def renew(page: Path, mark: str, rows: list[str]) -> None:
 def main() -> None:
     """Measure and write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("bench.json"))
+    parser.add_argument("--out", type=Path, default=Path("results/bench.json"))
     options = parser.parse_args()
     missing = [tool for tool in (GCC, SIZE, QEMU) if shutil.which(tool) is None]
     if missing:

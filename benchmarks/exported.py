@@ -1,6 +1,6 @@
-"""Exported C against Python over a million samples, with and without faults; adds its figures to bench.json.
+"""Exported C against Python over a million samples, with and without faults; adds its figures to results/bench.json.
 
-python benchmarks/exported.py [--days 28] [--out bench.json]
+python benchmarks/exported.py [--days 28] [--out results/bench.json]
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from results import keep
+from bench_file import keep
+from exported_run import CompiledSensor
 
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.c_sensor import inputs_of, sensor_source
 from ramsight.deploy.compiler import find_compiler, version
-from ramsight.deploy.exported_run import CompiledSensor
 from ramsight.deploy.golden import faulty_day
 from ramsight.engine.recursion import replay
 from ramsight.plant.as_built import AsBuilt
@@ -103,7 +103,7 @@ def footprints():
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--days", type=int, default=28, help="with faults and without, of each unit")
-    parser.add_argument("--out", type=Path, default=Path("bench.json"))
+    parser.add_argument("--out", type=Path, default=Path("results/bench.json"))
     options = parser.parse_args()
     new = {**agreement(options.days), **footprints()}
     keep({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in new.items()}, options.out)

@@ -1,4 +1,4 @@
-"""Draws how cost grows, from bench.json: python benchmarks/figures.py bench.json docs/images."""
+"""Draws how cost grows, from results/bench.json: python benchmarks/figures.py results/bench.json docs/images."""
 
 import json
 import sys

@@ -1,6 +1,6 @@
-"""How time and memory grow with a machine and with a log, into bench.json's `growth`.
+"""How time and memory grow with a machine and with a log, into results/bench.json's `growth`.
 
-    python benchmarks/growth.py [--quick] [--out bench.json]
+    python benchmarks/growth.py [--quick] [--out results/bench.json]
 
 Three things grow: the parts of a circuit (a chain of hoses that ends blind), the cylinders of a mechanism (a telescope,
 each of whose stages carries all further ones, so that every cylinder feels all others), and the rows of a log. Each is
@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from results import keep
+from bench_file import keep
 
 PARTS, CYLINDERS = (12, 25, 50, 100, 200), (1, 2, 3, 4, 6, 8)
 ROWS = (10**4, 10**5, 10**6, 10**7)
@@ -176,7 +176,7 @@ def main() -> None:
     """Grow what is asked for, each size in a process of its own."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="the smallest two sizes of each")
-    parser.add_argument("--out", type=Path, default=Path("bench.json"))
+    parser.add_argument("--out", type=Path, default=Path("results/bench.json"))
     parser.add_argument("--one", nargs=2, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.one:

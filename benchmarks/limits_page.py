@@ -1,4 +1,4 @@
-"""Writes the tables of docs/reference/performance-limits.md from bench.json, between their marks."""
+"""Writes the tables of docs/reference/performance-limits.md from results/bench.json, between their marks."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def main() -> None:
     sys.path.insert(0, str(ROOT / "evaluation"))
     from pages import put
 
-    put(PAGE, tables(json.loads((ROOT / "bench.json").read_text())))
+    put(PAGE, tables(json.loads((ROOT / "results" / "bench.json").read_text())))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""The engine and the readers of logs against other programs on the same task, into bench.json's `peers`.
+"""The engine and the readers of logs against other programs on the same task, into results/bench.json's `peers`.
 
-    python benchmarks/peers.py [--quick] [--out bench.json]
+    python benchmarks/peers.py [--quick] [--out results/bench.json]
 
 The cycle is the one of run.py, by SUNDIALS' CVODE as scikit-sundae has it, at the loosest tolerance that keeps the
 position within 1e-6 m; `pip install scikit-sundae` brings it, and without it that row stays away. The files are a work
@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from results import keep, rounded
+from bench_file import keep, rounded
 from run import LIMIT, ODE, POSITION, SCALE, UNIT, job
 
 from ramsight.duty import DriveReport, report, simulate
@@ -158,7 +158,7 @@ def table(found):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="smaller files and fewer repeats")
-    parser.add_argument("--out", type=Path, default=Path("bench.json"))
+    parser.add_argument("--out", type=Path, default=Path("results/bench.json"))
     options = parser.parse_args()
     rows, frames, repeats = (ROWS // 20, FRAMES // 20, 1) if options.quick else (ROWS, FRAMES, 5)
     with tempfile.TemporaryDirectory() as folder:

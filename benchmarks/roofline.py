@@ -1,6 +1,6 @@
-"""How near a batch is to what the processor's vector units can do: bench.json's `roofline`.
+"""How near a batch is to what the processor's vector units can do: results/bench.json's `roofline`.
 
-    python benchmarks/roofline.py [--quick] [--out bench.json]
+    python benchmarks/roofline.py [--quick] [--out results/bench.json]
 
 The vector operations of a step are counted in the machine code of the batch's loop, as objdump shows it: a step is one
 straight run. What an operation takes where none waits for another is measured on the same processor by small kernels in
@@ -21,7 +21,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from results import keep, rounded
+from bench_file import keep, rounded
 
 HERE = Path(__file__).parent
 KINDS = {
@@ -129,7 +129,7 @@ def flops(found):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="fewer repeats")
-    parser.add_argument("--out", type=Path, default=Path("bench.json"))
+    parser.add_argument("--out", type=Path, default=Path("results/bench.json"))
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         os.environ["RAMSIGHT_CACHE"] = folder  # which the batch's machine code alone is in

@@ -1,4 +1,4 @@
-"""Measures the engine against others on the same equations, in one run, and writes bench.json.
+"""Measures the engine against others on the same equations, in one run, and writes results/bench.json.
 
     python benchmarks/run.py [--quick]
 
@@ -21,8 +21,8 @@ from pathlib import Path
 
 import casadi as ca
 import numpy as np
+from bench_file import keep
 from c_engine import CEngine
-from results import keep
 from scipy.integrate import solve_ivp
 
 from ramsight import machine
@@ -327,7 +327,7 @@ def starts(results, quick):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="fewer repeats")
-    parser.add_argument("--out", type=Path, default=Path("bench.json"))
+    parser.add_argument("--out", type=Path, default=Path("results/bench.json"))
     parser.add_argument("--many", type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.many:

@@ -1,6 +1,6 @@
-"""Processor time of whole commands, from the shell to their ends, with a warm cache; adds to bench.json.
+"""Processor time of whole commands, from the shell to their ends, with a warm cache; adds to results/bench.json.
 
-    python benchmarks/starts.py --out bench.json [--runs 5] [--source FOLDER ...]
+    python benchmarks/starts.py --out results/bench.json [--runs 5] [--source FOLDER ...]
 
 Processor time, user and system, is what a command costs whoever else uses the machine. With several sources (folders
 with a `ramsight` package, for example of an older commit) their runs alternate, and only the first one's are written.
@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 from statistics import median
 
-from results import keep
+from bench_file import keep
 
 ROOT = Path(__file__).parents[1]
 LOG = ROOT / "tests" / "traces" / "boom_441kN_40C.csv.gz"
@@ -47,7 +47,7 @@ def spent(words, folder, source):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("bench.json"))
+    parser.add_argument("--out", type=Path, default=Path("results/bench.json"))
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--source", type=Path, action="append", help="a folder with the package; may be repeated")
     parser.add_argument("--only", nargs="*", choices=COMMANDS, help="some of the commands")

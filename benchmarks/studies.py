@@ -1,6 +1,6 @@
-"""Measures how many machines of a study a second are simulated and tracked, here and on Dask, into bench.json.
+"""Measures how many machines of a study a second are simulated and tracked, here and on Dask, into results/bench.json.
 
-    python benchmarks/studies.py [--quick] [--out bench.json]
+    python benchmarks/studies.py [--quick] [--out results/bench.json]
 
 Runs take turns, so that a slow moment of the machine hits all alike, and the least time of each counts; workers have
 everything compiled before that.
@@ -22,7 +22,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from results import keep, rounded
+from bench_file import keep, rounded
 
 import ramsight.study.datasheet.machine_tasks as working
 from ramsight import machine
@@ -80,7 +80,7 @@ def parts(whole, seconds):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="fewer machines and repeats")
-    parser.add_argument("--out", type=Path, default=Path("bench.json"))
+    parser.add_argument("--out", type=Path, default=Path("results/bench.json"))
     parser.add_argument("--peak", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.peak:

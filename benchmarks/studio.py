@@ -1,6 +1,6 @@
 """How quickly the studio shows itself, how many frames a second a page gets, and what that costs, in Chromium.
 
-python benchmarks/studio.py --out studio.json --minutes 10
+python benchmarks/studio.py --out results/studio.json --minutes 10
 
 Needs a Chromium and the extra dev. Without a graphics card the machine in space is drawn by the processor, which takes
 part of what is measured: above all with several visitors, whose browsers are all on this computer.

@@ -16,13 +16,13 @@ from typing import Any
 import faults
 import numpy as np
 import work_days
+from judged_errors import wrong_and_ok
 from numpy.typing import NDArray
 
 from ramsight.duty.faults import Fault
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.report.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
-from ramsight.tracking.judged_errors import wrong_and_ok
 from ramsight.tracking.position_errors import stop_visits
 
 SIGNALS = ("speed, torque, temperature", "+ counter and DC power")

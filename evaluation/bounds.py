@@ -1,6 +1,6 @@
 """How often the sensor is wrong and says ok, and exceeds its own bound, on machines drawn from their tolerances.
 
-    python evaluation/bounds.py [--runs FOLDER] [--machines N] [--out study.json]
+    python evaluation/bounds.py [--runs FOLDER] [--machines N] [--out results/study.json]
 
 Machines, drives and days are those of `ramsight datasheet`; a store in the folder is gone on with, so that more hours
 cost only what is new.
@@ -82,7 +82,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=Path, default=ROOT / "build" / "bounds", help="where the stores are")
     parser.add_argument("--machines", type=int, default=5000, help="of the loader's axes; a day of six minutes each")
-    parser.add_argument("--out", type=Path, default=ROOT / "study.json")
+    parser.add_argument("--out", type=Path, default=ROOT / "results" / "study.json")
     given = parser.parse_args()
     found = json.loads(given.out.read_text()) if given.out.exists() else {}
     found["bounds"] = study(given.runs, given.machines)

@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 from circuits import CIRCUITS, catalogued
+from live_watch import DriveWatch
 from loader_control import KNOWN, arrivals, summed
 from loader_control import TARGETS as LOADER_TARGETS
 
 from ramsight import machine
-from ramsight.closed_loop.live_watch import DriveWatch
 from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
 from ramsight.closed_loop.planning import Visit
 from ramsight.closed_loop.referencing import Referencing

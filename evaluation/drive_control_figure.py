@@ -1,4 +1,4 @@
-"""The picture of docs/reference/drive-accuracy.md: what drives and faults make of a move, from study.json."""
+"""The picture of docs/reference/drive-accuracy.md: what drives and faults make of a move, from results/study.json."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SLOW = 1.0  # s; standstills that take longer have the same colour
 
 def main() -> None:
     """Make it."""
-    found = json.loads((ROOT / "study.json").read_text())["drive_control"]
+    found = json.loads((ROOT / "results" / "study.json").read_text())["drive_control"]
     save(draw(found), ROOT / "docs" / "images" / "control-drives.png")
 
 

@@ -1,4 +1,4 @@
-"""Writes the table of docs/validation.md from eha_rig.json: python evaluation/eha_rig_page.py."""
+"""Writes the table of docs/validation.md from results/eha_rig.json: python evaluation/eha_rig_page.py."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from pages import put
 
 HERE = Path(__file__).parent
-FOUND = HERE / "eha_rig.json"
+FOUND = HERE.parent / "results" / "eha_rig.json"
 PAGE = HERE.parent / "docs" / "validation.md"
 WORDS = {"angle_current": "angle, current, valve", "angle_current_pressure": "the same and pressures"}
 _HEAD = (

@@ -4,7 +4,7 @@
 that knows the EDS file and CiA 406, and nothing else, listens. Prints what goes over the bus; the figures go into a
 JSON file that docs/reference/encoder-timing.md quotes.
 
-    python evaluation/encoder.py --out evaluation/encoder.json
+    python evaluation/encoder.py --out results/encoder.json
 """
 
 from __future__ import annotations

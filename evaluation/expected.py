@@ -1,6 +1,6 @@
 """The table "What to expect" of README.md and docs/index.md: python evaluation/expected.py.
 
-It is made from the stored data sheets (docs/sheets) and from study.json; nothing is simulated.
+It is made from the stored data sheets (docs/sheets) and from results/study.json; nothing is simulated.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ def expected() -> list[str]:
 
 def better() -> list[str]:
     """What makes the error smaller, a measure a line."""
-    trials = datasheets.found()["mining-loader-boom"]["goal"]["trials"]
-    identified = next(one for one in trials if any("identify" in measure for measure in one["measures"]))
-    alone = next(one for one in trials if not one["measures"])
-    together = json.loads((ROOT / "study.json").read_text())["real_machine"]["together"]
-    before, after = (f"{1e3 * one['known']['value']:.1f}" for one in (alone, identified))
+    trials = datasheets.measures()
+    identified = next(one for one in trials if "identify" in one["measure"])
+    alone = next(one for one in trials if one["measure"] == "nothing")
+    together = json.loads((ROOT / "results" / "study.json").read_text())["real_machine"]["together"]
+    before, after = (f"{1e3 * one['error']['value']:.1f}" for one in (alone, identified))
     stops, link = (f"{together[key]['p95_mm']:.1f} mm" for key in ("stops", "link"))
     return [
         "- A commissioning with a temporary position sensor (`ramsight identify`) reduces the error after three",

@@ -15,7 +15,7 @@ _SHARE_DIGITS = 6
 
 
 def packaged(study: dict[str, Any]) -> str:
-    """The text of the file, from what `study.json` has.
+    """The text of the file, from what `results/study.json` has.
 
     A row of the virtual sensor: signal, fault, trials, detected, the lower end of that share's 95 % interval, median
     time to detection [s], and the median of the largest error [mm]. A row of the real sensor: fault, trials, detected,

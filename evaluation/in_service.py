@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from circuits import catalogued
+from judged_errors import Judged, judge
 from real_machine import figures
 
 from ramsight import machine
@@ -20,7 +21,6 @@ from ramsight.duty.work_day import work_day
 from ramsight.plant.build import build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
-from ramsight.tracking.judged_errors import Judged, judge
 
 BENCH, SERVICE = "mining-loader", "mining-loader-in-service"
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
@@ -30,7 +30,7 @@ KINDS = {
     "described": ("in service", "in service"),
     "not described": ("in service", "bench's"),
 }
-"""By the key in study.json: the machine, and the sensor's description."""
+"""By the key in results/study.json: the machine, and the sensor's description."""
 _DAY, _VISITS = 1200.0, 120.0  # s
 _OIL = 313.15  # K
 

@@ -1,6 +1,6 @@
 """What the inertia of the shaft shows of a wrong sign: false alarms on undisturbed days, and how soon a sign is found.
 
-    python evaluation/inertia.py --out evaluation/inertia.json [--days 220]
+    python evaluation/inertia.py --out results/inertia.json [--days 220]
 
 Machines are drawn as in work_days.py. The sum of the detector (`ramsight.sensor.checks.inertia_check`) is kept of each
 day. The largest ones of days without a fault fall off like exp(-sum/scale). That tail says how often the alarm is

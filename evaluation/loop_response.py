@@ -214,7 +214,7 @@ def main() -> None:
     import json
 
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--study", type=Path, default=Path("study.json"))
+    parser.add_argument("--study", type=Path, default=Path("results/study.json"))
     parser.add_argument("--out", type=Path, default=Path("docs/images/control-loop.png"))
     given = parser.parse_args()
     draw(json.loads(given.study.read_text())["loop_response"], given.out)

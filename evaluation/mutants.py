@@ -1,6 +1,6 @@
-"""Small changes that break the code, each tried against the tests that are to notice it: mutants.json.
+"""Small changes that break the code, each tried against the tests that are to notice it: results/mutants.json.
 
-python evaluation/mutants.py --out mutants.json [--only TEXT]
+python evaluation/mutants.py --out results/mutants.json [--only TEXT]
 
 With --only the other results in the file stay as they are.
 
@@ -27,7 +27,10 @@ from ramsight.output import write_text
 
 ROOT = Path(__file__).parent.parent
 TABLE = Path(__file__).with_suffix(".toml")
-COPIED = ("benchmarks", "docs", "evaluation", "examples", "fuzz", "package", "src", "tests", "typings")
+COPIED = (
+    "benchmarks", "docs", "evaluation", "examples", "film", "fuzz", "package", "reproduction", "results",
+    "src", "tests", "typings",
+)  # fmt: skip
 PATIENCE = 900.0  # s; tests that take longer than that are taken to have failed
 
 
@@ -36,7 +39,7 @@ class Mutant:
     """A change of one place.
 
     Attributes:
-        file: below src/ramsight.
+        file: below src/ramsight, or of a folder beside src.
         old, new: text that stands in it once, and what stands there instead.
         tests: files below tests/, and options of pytest.
         reason: of one that no test kills: why that is so.
@@ -54,17 +57,20 @@ class Mutant:
         text = self.text(ROOT)
         return f"{self.file}:{1 + text[: text.index(self.old)].count(chr(10))}"
 
+    def path(self, root: Path) -> Path:
+        """Where the file is in a tree."""
+        inside = root / "src" / "ramsight" / self.file
+        return inside if inside.exists() else root / self.file
+
     def text(self, root: Path) -> str:
         """The file's text in a tree.
 
         Raises:
             SystemExit: the text to be changed does not stand in it exactly once.
         """
-        text = (root / "src" / "ramsight" / self.file).read_text(encoding="utf-8")
+        text = self.path(root).read_text(encoding="utf-8")
         if text.count(self.old) != 1:
-            raise SystemExit(
-                f"src/ramsight/{self.file}: {self.old!r} stands there {text.count(self.old)} times, not once"
-            )
+            raise SystemExit(f"{self.file}: {self.old!r} stands there {text.count(self.old)} times, not once")
         return text
 
 
@@ -85,7 +91,7 @@ def copied(to: Path) -> None:
 
 def survives(mutant: Mutant, root: Path) -> bool:
     """Whether the named tests pass although the code is broken."""
-    file, text = root / "src" / "ramsight" / mutant.file, mutant.text(root)
+    file, text = mutant.path(root), mutant.text(root)
     file.write_text(text.replace(mutant.old, mutant.new), encoding="utf-8")
     words = shlex.split(mutant.tests)
     tests = [f"tests/{word}" if word.endswith(".py") else word for word in words]

@@ -1,4 +1,4 @@
-"""Writes the tables of the pages in docs that quote studies from study.json: python evaluation/pages.py."""
+"""Writes the tables of the pages in docs that quote studies from results/study.json: python evaluation/pages.py."""
 
 from __future__ import annotations
 
@@ -28,15 +28,14 @@ import tuned_sensor
 import undisturbed
 import unit_control
 import wrong_descriptions
+from page_tables import constant_table, shared_table
 
 from ramsight.closed_loop import thresholds as loop_thresholds
-from ramsight.constant import constant_table
 from ramsight.control import thresholds as control_thresholds
 from ramsight.output import write_text
 from ramsight.sensor import thresholds as sensor_thresholds
 from ramsight.sensor.report.detectors import detector_table
 from ramsight.study.datasheet.statistics import share_of
-from ramsight.tracking.sharing import shared_table
 
 ROOT = Path(__file__).parents[1]
 THRESHOLDS = {
@@ -228,7 +227,7 @@ def put(page: Path, tables: dict[str, list[str]]) -> None:
 
 
 def all_tables(found: dict[str, Any]) -> dict[str, list[str]]:
-    """Every table that comes from study.json or from the code, by its mark."""
+    """Every table that comes from results/study.json or from the code, by its mark."""
     tables = {name: table(found[name]) for name, table in TABLES.items()}
     tables["real_machine"] = real_machine.table(found["real_machine"])
     tables["in_service"] = in_service.table(found["in_service"])
@@ -252,7 +251,7 @@ def all_tables(found: dict[str, Any]) -> dict[str, list[str]]:
 
 def main() -> None:
     """Put each table between its marks."""
-    found = json.loads((ROOT / "study.json").read_text())
+    found = json.loads((ROOT / "results" / "study.json").read_text())
     put_where_marked(all_tables(found))
     fmeda.renew(found)
 

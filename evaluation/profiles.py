@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import recorded
 import work_days
+from judged_errors import Judged, judge
 
 from ramsight.deploy.profiles import Profile
 from ramsight.duty import report, simulate
@@ -21,7 +22,6 @@ from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
 from ramsight.sensor.virtual_sensor import BOUND
-from ramsight.tracking.judged_errors import Judged, judge
 
 PROFILES = (
     ("kalman", Profile.KALMAN, False),

@@ -121,7 +121,7 @@ def figures(done: list[Move]) -> dict[str, Any]:
 
 
 def study(advance: Callable[[int], object]) -> dict[str, Any]:
-    """Figures for study.json."""
+    """Figures for results/study.json."""
     return figures(moves(advance))
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import xarray
 from effects import both_pumps
+from judged_errors import Judged, judge
 from numpy.typing import NDArray
 
 from ramsight import machine
@@ -29,7 +30,6 @@ from ramsight.plant.heat import HeatStores
 from ramsight.plant.oil import kinematic_viscosity
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
-from ramsight.tracking.judged_errors import Judged, judge
 
 UNIT = "boom"
 DAYS = 6
@@ -197,7 +197,7 @@ EFFECTS: dict[str, Effect] = {
         lambda random: {"tank.pressure": 0.12e5, **both_pumps(min_inlet_pressure=random.uniform(0.9e5, 1.1e5))},
     ),
 }
-"""By the key in study.json."""
+"""By the key in results/study.json."""
 
 TOGETHER = tuple(key for key in EFFECTS if key not in ("none", "relief", "air", "own_heat", "starving"))
 """Oil over the relief valve loses the position; free air and compression are two conventions of one law, and oil that

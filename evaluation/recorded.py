@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import xarray
+from judged_errors import Judged, judge
 
 from ramsight import machine
 from ramsight.logs import read_log, read_truth
@@ -17,7 +18,6 @@ from ramsight.machine import walk
 from ramsight.plant.build import build
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.kalman import kalman
-from ramsight.tracking.judged_errors import Judged, judge
 
 TRACES = Path(__file__).parents[1] / "tests" / "traces"
 FACTOR = 1.5

@@ -1,4 +1,4 @@
-"""Runs the studies that the docs quote and writes their figures: python evaluation/run.py --out study.json [--only X].
+"""Runs the studies that the docs quote: python evaluation/run.py --out results/study.json [--only X].
 
 The real-oil study needs the data of the UCI repository (docs/reference/real-oil.md) in a folder that is given by --data
 or by RAMSIGHT_DATA; without it its figures in the file stay as they are.
@@ -144,7 +144,7 @@ STUDIES = {
 def main() -> None:
     """Run what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("study.json"))
+    parser.add_argument("--out", type=Path, default=Path("results/study.json"))
     parser.add_argument("--data", type=Path, default=None, help="folder with uci_hydraulic in it")
     parser.add_argument("--seeds", type=int, default=40)
     parser.add_argument("--days", type=int, default=500, help="work days of each unit")

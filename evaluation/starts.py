@@ -7,13 +7,13 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from judged_errors import judge
 from recorded import TRACES
 
 from ramsight import machine
 from ramsight.logs import read_log, read_truth
 from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
-from ramsight.tracking.judged_errors import judge
 
 FOLDER = TRACES / "unknown"
 STARTS: dict[str, float | None] = {"unknown": None, "exact": 0.0, "40 mm too far out": 0.04, "40 mm too far in": -0.04}

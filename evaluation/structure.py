@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray
 from circuits import CIRCUITS, catalogued
+from judged_errors import Judged, judge
 
 from ramsight.duty import DriveReport, Profile, report, simulate
 from ramsight.duty.work_day import work_day
@@ -20,7 +21,6 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.valve import CheckValve, Orifice, ReliefValve, SafetyValve
 from ramsight.sensor.kalman import kalman
-from ramsight.tracking.judged_errors import Judged, judge
 
 LAWS = ("as described", "drag", "orifice leakage", "free air", "seal leakage", "warming", "coarse drive")
 _DAY = 300.0  # s

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray
+from judged_errors import turning_for
 from numpy.typing import NDArray
 
 from ramsight import machine
@@ -23,7 +24,7 @@ from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import DdhUnit, build_ddh
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.tracking.position_errors import stop_visits, turning_for
+from ramsight.tracking.position_errors import stop_visits
 
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
 _STARTS = 0.5  # s after the motor has started, from when on the position counts

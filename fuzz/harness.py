@@ -38,7 +38,7 @@ class Section:
     """One kind of case.
 
     Args:
-        name: in fuzz.json.
+        name: in results/fuzz.json.
         cases: how many.
         prepare: what all cases share, made in the process that tries them.
         check: tries one: what was prepared, its random numbers and a folder; says the outcome and what to tell of it.
@@ -76,7 +76,7 @@ class Tally:
             self.examples.append(f"case {case}: {bad[0]}: {detail}")
 
     def as_json(self, *, tells: bool = False) -> dict[str, Any]:
-        """For fuzz.json."""
+        """For results/fuzz.json."""
         counts = {outcome: self.counts[outcome] for outcome in OUTCOMES}
         timing = {"slowest_s": round(self.slowest, 3), "seconds": round(self.seconds, 1)}
         told = {"told": self.told} if tells else {}

@@ -1,4 +1,4 @@
-"""Writes the tables of docs/reference/fuzzing.md from fuzz.json, between their marks: python fuzz/page.py."""
+"""Writes the tables of docs/reference/fuzzing.md from results/fuzz.json, between their marks: python fuzz/page.py."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def measured(found: dict[str, Any]) -> list[str]:
 
 def main() -> None:
     """Put the tables between their marks."""
-    found, page = json.loads((ROOT / "fuzz.json").read_text()), PAGE.read_text(encoding="utf-8")
+    found, page = json.loads((ROOT / "results" / "fuzz.json").read_text()), PAGE.read_text(encoding="utf-8")
     for name, rows in (("fuzz", table(found)), ("measured", measured(found))):
         text = "\n".join(rows)
         marked = re.compile(f"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", flags=re.DOTALL)

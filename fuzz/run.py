@@ -1,4 +1,4 @@
-"""Try what must not happen, by the thousand: `python fuzz/run.py --out fuzz.json`; the same seed gives the same cases.
+"""Try what must not happen, by the thousand: `python fuzz/run.py --out results/fuzz.json`; a seed gives the same cases.
 
 A section is a kind of case; each module lists its own in `SECTIONS`. The file keeps what other sections have said.
 """
@@ -42,7 +42,7 @@ MODULES = [
 def main() -> int:
     """Run the sections and write what came of them; 1 if anything crashed, hung or was silently wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("fuzz.json"))
+    parser.add_argument("--out", type=Path, default=Path("results/fuzz.json"))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scale", type=float, default=1.0, help="of the number of cases")
     parser.add_argument("--section", action="append", help="only sections whose name begins so; may be repeated")

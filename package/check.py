@@ -33,8 +33,8 @@ NEEDED = (
     "ramsight/studio/assets/studio.js",
     "ramsight/studio/assets/uPlot.LICENSE",
     "ramsight/studio/assets/uPlot.iife.min.js",
-    "ramsight/showcase/demo/workday.csv.gz",
-    "ramsight/showcase/demo/workday_truth.csv.gz",
+    "ramsight/demo/workday.csv.gz",
+    "ramsight/demo/workday_truth.csv.gz",
 )
 WHEEL_TOO = tuple(
     f"ramsight/studio/{page}.md" for page in ("status", "status-invalid", "messages")

@@ -65,7 +65,7 @@ def test_a_day_that_ends_before_says_nothing(study):
 
 
 def test_the_page_quotes_the_study(study):
-    found = json.loads((ROOT / "study.json").read_text())["after_faults"]
+    found = json.loads((ROOT / "results" / "study.json").read_text())["after_faults"]
     assert tuple(found) == study.SIGNALS
     assert "\n".join(study.table(found)) in (ROOT / "docs" / "reference" / "fault-detection.md").read_text()
     assert all(row["over"] == row["judged"] for row in found["+ counter and DC power"])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import ramsight
+from evaluation.judged_errors import judge
 from ramsight import machine
 from ramsight.duty import DriveReport, Duty, Profile, report
 from ramsight.duty.oil_warming import heats, warmed
@@ -22,7 +23,6 @@ from ramsight.plant.heat import HeatStores
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case
 from ramsight.sensor.kalman import kalman
-from ramsight.tracking.judged_errors import judge
 
 from .plant_bench import UNITS
 

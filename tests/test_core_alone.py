@@ -19,8 +19,8 @@ ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
 ABSENT = (
-    "PIL", "SALib", "asammdf", "asyncua", "can", "canopen", "cantools", "dask", "distributed", "fmpy", "gymnasium",
-    "h5netcdf", "h5py", "matplotlib", "mcap", "msgpack", "nicegui", "nptdms", "openpyxl", "pandas", "pint", "pyarrow",
+    "PIL", "SALib", "asammdf", "asyncua", "can", "canopen", "cantools", "dask", "distributed", "fmpy", "h5netcdf",
+    "h5py", "matplotlib", "mcap", "msgpack", "nicegui", "nptdms", "openpyxl", "pandas", "pint", "pyarrow",
     "scipy", "tomlkit", "xarray", "zarr",
 )  # fmt: skip
 """Packages of extras, and what these bring."""
@@ -58,8 +58,6 @@ NEEDED = {
         ("logs", "shared", str(DAY), str(DAY)),
     ],
     "datasets,figures": [
-        ("loader", "--out", "loader"),
-        ("paper", "--out", "paper"),
         ("compare", "mining-loader", str(DAY), str(TRUTH), "--unit", "boom", "--figure", "both.png"),
     ],
     "identify": [
@@ -195,7 +193,6 @@ for call in (
     lambda: ramsight.identify(boom, sys.argv[1], sys.argv[1]),
     lambda: ramsight.commission(boom, sys.argv[1]),
     lambda: ramsight.Study("mining-loader", unit="boom"),
-    lambda: ramsight.position_env("press"),
     lambda: importlib.import_module("ramsight.deploy.encoder"),
 ):
     try:
@@ -209,12 +206,11 @@ def test_python_says_the_same(folder):
     command = [sys.executable, "-c", PYTHON, str(DAY)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
     assert done.returncode == 0, done.stderr
-    *numbers, datasets, tracks, logs, identify, commission, study, gym, encoder = done.stdout.splitlines()
+    *numbers, datasets, tracks, logs, identify, commission, study, encoder = done.stdout.splitlines()
     assert numbers == ["0.1", "0.02", "True"]
     assert {datasets, tracks, logs} == {'a Dataset needs the package xarray: pip install "ramsight[datasets]"'}
     assert {identify, commission} == {'an identification needs the package xarray: pip install "ramsight[identify]"'}
     assert study == 'a study needs the package xarray: pip install "ramsight[study]"'
-    assert gym == 'needs the package gymnasium: pip install "ramsight[gym]"'
     assert encoder == 'the encoder needs the package canopen: pip install "ramsight[can]"'
 
 

@@ -9,7 +9,6 @@ import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,7 +25,6 @@ from ramsight.plant.unit import circuit
 from ramsight.sensor.report.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.study.datasheet import cluster as clusters
-from ramsight.study.datasheet import goal as goals
 from ramsight.study.datasheet import machine_tasks, run_tasks, statistics, store
 from ramsight.study.datasheet import study_plan as plans
 from ramsight.study.datasheet.drawn import draw, ready
@@ -455,46 +453,6 @@ def test_a_scheduler_that_is_lost_is_one_line_and_loses_nothing(study, tmp_path)
     with pytest.raises(clusters.ClusterError, match="run the same again"):
         run_tasks.run(study.plan, tmp_path / "store", client=Lost())
     assert not store.Store(tmp_path / "store", study.plan.layout, COUNT).done.any()
-
-
-# -- a goal
-
-
-def test_measures_only_narrow_what_they_are_about(study):
-    leak_test, often, whole = goals.MEASURES[0], goals.MEASURES[1], goals.MEASURES[2]
-    taken = goals.with_measures(study.machine, study.plan, (leak_test, often, whole), seed=1)
-    before, after = ({one.name: one.spread.std for one in plan.quantities} for plan in (study.plan, taken))
-    assert after["leakage"] == pytest.approx(0.02)  # the narrower of two
-    assert after["displacement"] < before["displacement"]
-    assert {name for name in after if after[name] != before[name]} <= set(leak_test.tolerances) | set(whole.tolerances)
-    assert taken.work.visit_every == often.visit_every
-    sharp = ramsight.Study("mining-loader", "lift-lower", unit="boom", vary={"leakage": "± 1 % normal"})
-    kept = goals.with_measures(sharp.machine, sharp.plan, (leak_test,), seed=0)
-    assert kept.quantities == sharp.plan.quantities
-
-
-def test_the_cheapest_measures_that_reach_a_goal_are_run_again(study, monkeypatch):
-    worth = {one.name: k + 1.0 for k, one in enumerate(goals.MEASURES)}  # mm2 of 25
-    asked = []
-
-    def judged(other, found):
-        asked.append(other.seed)
-        left = 25.0 - sum(worth[one.name] for one in other.measures)
-        return SimpleNamespace(best=SimpleNamespace(quantiles=(None, Known(1e-3 * math.sqrt(left)))))
-
-    def made(machine, plan, measures, seed):
-        return SimpleNamespace(measures=measures, seed=seed, count=7)
-
-    monkeypatch.setattr(goals, "with_measures", made)
-    monkeypatch.setattr(goals, "run", lambda other, path, **more: other)
-    monkeypatch.setattr(goals, "data_sheet", judged)
-    way = goals.way_to(1e-3 * math.sqrt(25.0 - 3.0), study.machine, study.plan)
-    assert way.chosen.effort == min(one.effort for one in way.trials if one.reached <= way.goal)
-    assert asked[-1] == study.plan.seed + 1
-    assert goals.way_to(6e-3, study.machine, study.plan).chosen.measures == ()
-    never = goals.way_to(1e-4, study.machine, study.plan)
-    assert never.chosen is None
-    assert len(never.trials[-1].measures) == len(goals.MEASURES)
 
 
 # -- the sheet

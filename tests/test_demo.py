@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from ramsight.cli import app
+from ramsight.demo import AS_BUILT, LOG, POSITION
+from ramsight.demo.showing import demonstrated, draw
 from ramsight.logs import read_truth
-from ramsight.showcase.demo import AS_BUILT, LOG, TRUTH
-from ramsight.showcase.demo.demonstration import demonstrated
-from ramsight.showcase.demo.showing import draw
 
 
 @pytest.fixture(scope="module")
@@ -22,11 +21,11 @@ def test_the_log_is_the_recorded_one_and_small(trace):
     case = trace("boom_asbuilt1_workday")
     assert gzip.decompress(LOG.read_bytes()) == gzip.decompress(case.log.read_bytes())
     assert {name: case.case["asbuilt"][name] for name in AS_BUILT} == AS_BUILT
-    whole, short = read_truth(case.truth), read_truth(TRUTH)
+    whole, short = read_truth(case.truth), read_truth(POSITION)
     at = np.interp(short["time"], whole["time"], whole["position"])
     np.testing.assert_allclose(short["position"], at, atol=1e-6)
     assert short["time"][-1] == whole["time"][-1]
-    assert LOG.stat().st_size + TRUTH.stat().st_size < 150_000
+    assert LOG.stat().st_size + POSITION.stat().st_size < 150_000
 
 
 def test_the_sensor_learns_and_the_data_sheet_alone_does_not(shown):

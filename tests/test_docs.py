@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 import ramsight
-from ramsight.constant import constant_table, constants_of
+from evaluation.page_tables import constant_table
+from ramsight.constant import constants_of
 from ramsight.sensor import redundancy
 from ramsight.sensor.report import detectors
 from ramsight.sensor.report.detectors import DETECTORS, detector_table
@@ -19,8 +20,13 @@ from ramsight.sensor.status import Status
 
 ROOT = Path(__file__).parent.parent
 BELOW = sorted(m.name for m in pkgutil.walk_packages(ramsight.__path__, "ramsight.") if not m.name.endswith("__main__"))
-MODULES = ["ramsight", *BELOW]
+BESIDE = [
+    f"{name}.{module.name}" for name in ("film", "reproduction") for module in pkgutil.iter_modules([str(ROOT / name)])
+]
+MODULES = ["ramsight", *BELOW, *(name for name in BESIDE if not name.endswith("__main__"))]
 LONG = (
+    "film.",
+    "reproduction.",
     "ramsight.control.",
     "ramsight.closed_loop.",
     "ramsight.api.",
@@ -103,7 +109,7 @@ def test_what_to_expect_is_what_sheets_and_studies_found(name, monkeypatch):
 
 def test_the_performance_page_quotes_the_benchmark():
     found, page = (
-        json.loads((ROOT / "bench.json").read_text()),
+        json.loads((ROOT / "results" / "bench.json").read_text()),
         (ROOT / "docs" / "reference" / "performance.md").read_text(),
     )
     quoted = [
@@ -134,14 +140,14 @@ def test_the_performance_page_quotes_the_benchmark():
 def test_the_page_of_limits_and_growth_quotes_the_benchmark(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
     page = importlib.import_module("limits_page")
-    for name, rows in page.tables(json.loads((ROOT / "bench.json").read_text())).items():
+    for name, rows in page.tables(json.loads((ROOT / "results" / "bench.json").read_text())).items():
         assert f"<!-- {name} -->\n\n" + "\n".join(rows) + f"\n\n<!-- end of {name} -->" in page.PAGE.read_text(), name
 
 
 def test_every_table_that_a_script_writes_is_that_of_study_and_code(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
-    tables = pages.all_tables(json.loads((ROOT / "study.json").read_text()))
+    tables = pages.all_tables(json.loads((ROOT / "results" / "study.json").read_text()))
     assert {"recorded", "faults", "structure", "commissioned", "tuned_sensor", "sensor_thresholds"} <= tables.keys()
     for name, rows in tables.items():
         block = f"<!-- {name} -->\n\n" + "\n".join(rows) + f"\n\n<!-- end of {name} -->"
@@ -193,7 +199,7 @@ def test_every_threshold_of_a_detector_is_a_number_of_the_table():
 def test_the_pages_of_faults_quote_code_and_study(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
-    found = json.loads((ROOT / "study.json").read_text())
+    found = json.loads((ROOT / "results" / "study.json").read_text())
     names = (
         "reference/detectors",
         "explanation/signals",
@@ -233,7 +239,7 @@ def test_what_structure_cannot_show_no_detector_claims():
 def test_the_page_of_the_plant_quotes_what_each_effect_moves(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     effects = importlib.import_module("effects")
-    found = json.loads((ROOT / "study.json").read_text())["effects"]
+    found = json.loads((ROOT / "results" / "study.json").read_text())["effects"]
     assert "\n".join(effects.table(found)) in (ROOT / "docs" / "reference" / "effects.md").read_text()
     assert [row["name"] for row in found] == [effect.name for effect in effects.EFFECTS]
 
@@ -247,19 +253,19 @@ def test_the_page_of_the_real_actuator_quotes_what_was_measured(monkeypatch):
 def test_the_page_of_real_machines_quotes_the_loader_in_service(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     study = importlib.import_module("in_service")
-    found = json.loads((ROOT / "study.json").read_text())["in_service"]
+    found = json.loads((ROOT / "results" / "study.json").read_text())["in_service"]
     assert "\n".join(study.table(found)) in (ROOT / "docs" / "reference" / "real-machines.md").read_text()
 
 
 def test_the_pages_of_the_control_quote_the_study_and_their_python_runs(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     study = importlib.import_module("unit_control")
-    found = json.loads((ROOT / "study.json").read_text())["unit_control"]
+    found = json.loads((ROOT / "results" / "study.json").read_text())["unit_control"]
     accuracy = (ROOT / "docs" / "reference" / "control-accuracy.md").read_text()
     for rows in (study.table(found), study.fault_table(found)):
         assert "\n".join(rows) in accuracy
     assert all(row["standstill"] <= 0.3 for row in found.values())
-    everything, tables = json.loads((ROOT / "study.json").read_text()), importlib.import_module("pages")
+    everything, tables = json.loads((ROOT / "results" / "study.json").read_text()), importlib.import_module("pages")
     for name, (study_name, rows) in tables.CONTROL_TABLES.items():
         assert "\n".join(rows(everything[study_name])) in tables.page_of(name).read_text(), name
     margins = [row for drives in everything["loop_response"].values() for row in drives.values()]
@@ -275,7 +281,7 @@ def test_the_pages_of_the_control_quote_the_study_and_their_python_runs(monkeypa
 
 
 def test_no_drive_as_it_is_declared_is_stopped_in_hours_of_work_with_its_noise_or_without():
-    found = json.loads((ROOT / "study.json").read_text())["drive_control"]
+    found = json.loads((ROOT / "results" / "study.json").read_text())["drive_control"]
     for label in found["moves"]:
         of = [found[key][label] for key in ("worked", "watched", "silent") if label in found[key]]
         assert sum(one["hours"] for one in of) >= 10.0, label
@@ -294,7 +300,7 @@ def test_the_page_of_studies_quotes_its_sheets_and_the_benchmark(monkeypatch):
         text = (ROOT / "docs" / "sheets" / f"{name}.html").read_text()
         assert f"{sheet['machines']} machines drawn from their tolerances" in text
         assert "http" not in text.replace("http://www.w3.org", "")
-    bench = json.loads((ROOT / "bench.json").read_text())
+    bench = json.loads((ROOT / "results" / "bench.json").read_text())
     parts = bench["study_ms_of_a_machine"]
     for quoted in (
         f"{sum(parts.values()):.0f} ms",
@@ -312,7 +318,7 @@ def test_the_page_of_studies_quotes_its_sheets_and_the_benchmark(monkeypatch):
 def test_the_page_of_the_studio_quotes_the_benchmark(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
     bench = importlib.import_module("studio")
-    found = json.loads((ROOT / "studio.json").read_text())
+    found = json.loads((ROOT / "results" / "studio.json").read_text())
     assert "\n".join(bench.table(found)) in (ROOT / "docs" / "how-to" / "studio-views.md").read_text()
 
 
@@ -323,7 +329,7 @@ LONG = {"24 h without a restart": 1, "log of 10^8 rows": 1, "restart on a busy b
 def test_the_page_of_reliability_quotes_the_fuzzing(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "fuzz")
     page = importlib.import_module("page")
-    found = json.loads((ROOT / "fuzz.json").read_text())
+    found = json.loads((ROOT / "results" / "fuzz.json").read_text())
     text = (ROOT / "docs" / "reference" / "fuzzing.md").read_text()
     for rows in (page.table(found), page.measured(found)):
         assert "\n".join(rows) in text
@@ -333,7 +339,10 @@ def test_the_page_of_reliability_quotes_the_fuzzing(monkeypatch):
 
 
 def test_the_page_of_the_kalman_sensor_quotes_the_benchmark():
-    found, page = json.loads((ROOT / "bench.json").read_text()), (ROOT / "docs/reference/accuracy.md").read_text()
+    found, page = (
+        json.loads((ROOT / "results" / "bench.json").read_text()),
+        (ROOT / "docs/reference/accuracy.md").read_text(),
+    )
     assert f"{found['kalman_replay_samples_per_s'] / 1e6:.1f} million samples a second" in page
     assert f"{found['kalman_step_us']:.1f} µs" in page
 

@@ -30,8 +30,6 @@ ONLY_PARSED = {
     "encoder": "needs a bus",
     "studio": "serves until it is interrupted",
     "datasheet": "has a test of its own",
-    "paper": "has a test of its own",
-    "loader": "has a test of its own",
 }
 ASKS_FOR = {
     "log.csv.gz": "boom_asbuilt1_leaktest.csv.gz",

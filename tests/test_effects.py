@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from evaluation.judged_errors import judge
 from ramsight import machine
 from ramsight.calibration.tuned import _left as efficiency_left
 from ramsight.duty import DriveReport, Duty, Magnets, Profile, lift_lower, report, simulate
@@ -33,7 +34,6 @@ from ramsight.sensor.balance import balance as balance_sensor
 from ramsight.sensor.circuit.filling import unfilled_std
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.tracking.judged_errors import judge
 
 from .plant_bench import UNITS
 from .sensor_bench import WARM, Stepped, quiet

@@ -17,12 +17,13 @@ from canopen.sdo.base import SdoVariable
 from hypothesis import given
 from hypothesis import strategies as st
 
+from evaluation.page_tables import fault_table, object_table
 from ramsight.deploy.encoder import Frame, Settings, encoder_for
-from ramsight.deploy.encoder.alarms import OF_STATUS, Fault, fault_table
+from ramsight.deploy.encoder.alarms import OF_STATUS, Fault
 from ramsight.deploy.encoder.bus_clock import BusClock
 from ramsight.deploy.encoder.eds import eds_text, object_dictionary
 from ramsight.deploy.encoder.listening import drive_map
-from ramsight.deploy.encoder.objects import BITS, ENTRIES, FORGET, LOAD, OBJECTS, RUNNING, SAVE, STORED, object_table
+from ramsight.deploy.encoder.objects import BITS, ENTRIES, FORGET, LOAD, OBJECTS, RUNNING, SAVE, STORED
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import load_map
@@ -974,7 +975,7 @@ def test_the_page_has_the_tables_of_the_code():
 
 
 def test_the_page_quotes_what_was_measured():
-    found = json.loads((ROOT / "evaluation" / "encoder.json").read_text())
+    found = json.loads((ROOT / "results" / "encoder.json").read_text())
     page = (ROOT / "docs" / "reference" / "encoder-timing.md").read_text(encoding="utf-8")
     for bus in ("virtual", "udp_multicast"):
         for name in ("pdo", "heartbeat"):

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.exported_run import CompiledSensor
 from ramsight import machine
 from ramsight.cli import app
 from ramsight.deploy.c_alike import Collapsed
@@ -25,9 +26,8 @@ from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.c_function import PLAIN, Term
 from ramsight.deploy.c_functions import Handed, functions
 from ramsight.deploy.c_lines import Scribe
-from ramsight.deploy.c_sections import by_section, live_marks
 from ramsight.deploy.c_sensor import inputs_of, sensor_source
-from ramsight.deploy.c_step import field_of
+from ramsight.deploy.c_step import by_section, field_of, live_marks
 from ramsight.deploy.compiler import (
     STRICT,
     CompilerError,
@@ -38,7 +38,6 @@ from ramsight.deploy.compiler import (
     library,
     run,
 )
-from ramsight.deploy.exported_run import CompiledSensor
 from ramsight.deploy.golden import faulty_day
 from ramsight.engine.cache import instructions
 from ramsight.engine.graph import graph_of
@@ -544,7 +543,10 @@ def test_the_export_page_quotes_what_a_cortex_takes(monkeypatch):
     root = Path(__file__).parent.parent
     monkeypatch.syspath_prepend(root / "benchmarks")
     cortex = importlib.import_module("cortex")
-    found, page = json.loads((root / "bench.json").read_text()), (root / "docs" / "reference" / "c-cost.md").read_text()
+    found, page = (
+        json.loads((root / "results" / "bench.json").read_text()),
+        (root / "docs" / "reference" / "c-cost.md").read_text(),
+    )
     assert "\n".join(cortex.table(found["cortex"])) in page
     assert found["cortex_compiler"] in page
     assert set(found["cortex"]) == {core.name for core in cortex.CORES}
@@ -560,7 +562,7 @@ def test_statuses_and_their_texts_are_in_the_header(exported):
 
 def test_the_export_page_quotes_the_benchmark():
     root = Path(__file__).parent.parent
-    found = json.loads((root / "bench.json").read_text())
+    found = json.loads((root / "results" / "bench.json").read_text())
     page = "".join((root / "docs" / f"{name}.md").read_text() for name in ("export", "reference/c-cost"))
     quoted = [f"| {found['export_samples']} samples |"]
     for build_name in ("double", "float"):

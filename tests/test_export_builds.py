@@ -7,8 +7,7 @@ import subprocess
 import pytest
 
 from ramsight import machine
-from ramsight.deploy.c_build import build_files
-from ramsight.deploy.c_folder import STEPS, write_sensor
+from ramsight.deploy.c_folder import STEPS, build_files, write_sensor
 from ramsight.deploy.compiler import (
     CompilerError,
     ControlFootprint,

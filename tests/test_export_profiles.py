@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from evaluation.judged_errors import judge
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.compiler import find_compiler
@@ -19,7 +20,6 @@ from ramsight.machine.as_toml import as_toml
 from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.kind import KINDS, Kind
-from ramsight.tracking.judged_errors import judge
 
 from .command import at_once
 
@@ -135,8 +135,8 @@ def test_the_page_quotes_what_profiles_cost(monkeypatch):
     for folder in ("benchmarks", "evaluation"):
         monkeypatch.syspath_prepend(ROOT / folder)
     page = (ROOT / "docs" / "export.md").read_text(encoding="utf-8")
-    sizes = json.loads((ROOT / "bench.json").read_text(encoding="utf-8"))["cortex_profiles"]
-    study = json.loads((ROOT / "study.json").read_text(encoding="utf-8"))["profiles"]
+    sizes = json.loads((ROOT / "results" / "bench.json").read_text(encoding="utf-8"))["cortex_profiles"]
+    study = json.loads((ROOT / "results" / "study.json").read_text(encoding="utf-8"))["profiles"]
     cortex, profiles = importlib.import_module("cortex"), importlib.import_module("profiles")
     assert "\n".join(cortex.profile_table(sizes)) in page
     assert "\n".join(profiles.table(study)) in page

@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ramsight.calibration.flow_law import columns, fit, root, sandwich, student
-from ramsight.plant.efficiency import catalogue_pump
+
+from .pump_curves import catalogue_pump
 
 ROOT = Path(__file__).parent.parent
 DATA = Path(os.environ.get("RAMSIGHT_DATA", ROOT.parent / "shared" / "data")) / "uci_hydraulic"
@@ -112,7 +113,7 @@ def test_a_real_pump_obeys_the_law(monkeypatch):
     assert abs(found["bias_percent"]) <= 0.5
     assert found["auc_0_1"] >= 0.99
     assert found["auc_1_2"] >= 0.99
-    written = json.loads((ROOT / "study.json").read_text())["real_oil"]
+    written = json.loads((ROOT / "results" / "study.json").read_text())["real_oil"]
     assert found == pytest.approx(written, rel=1e-6, abs=0.0)
 
 

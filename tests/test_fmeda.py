@@ -32,7 +32,7 @@ def boom():
 
 @pytest.fixture(scope="module")
 def study():
-    return json.loads((ROOT / "study.json").read_text(encoding="utf-8"))
+    return json.loads((ROOT / "results" / "study.json").read_text(encoding="utf-8"))
 
 
 def rows_of(text):

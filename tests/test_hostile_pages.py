@@ -10,9 +10,9 @@ import xarray
 from typer.testing import CliRunner
 
 import ramsight
+from film import animation
 from ramsight.cli import app
 from ramsight.plant.linked import build_linked
-from ramsight.showcase.loader import animation
 
 pytestmark = pytest.mark.slow
 

@@ -291,7 +291,7 @@ def test_the_page_quotes_the_studies(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
     found, page = (
-        json.loads((ROOT / "study.json").read_text()),
+        json.loads((ROOT / "results" / "study.json").read_text()),
         "".join(
             (ROOT / "docs" / "reference" / f"{name}.md").read_text() for name in ("real-oil", "accuracy-commissioned")
         ),

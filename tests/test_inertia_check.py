@@ -126,7 +126,7 @@ def test_ramps_are_what_structure_says_that_they_are():
 def test_the_page_quotes_what_was_measured(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     inertia = importlib.import_module("inertia")
-    found = json.loads((ROOT / "evaluation" / "inertia.json").read_text())
+    found = json.loads((ROOT / "results" / "inertia.json").read_text())
     page = "".join(
         (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
         for name in ("explanation/detection", "reference/detectors")

@@ -9,6 +9,7 @@ import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from evaluation.judged_errors import turning_for
 from ramsight import machine
 from ramsight.duty import DriveReport, Duty, Profile, lift_lower, report, simulate
 from ramsight.duty.profile import constant
@@ -20,7 +21,7 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.kind import Kind, covariance_of
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
-from ramsight.tracking.position_errors import first_stop_contact, stop_visits, turning_for
+from ramsight.tracking.position_errors import first_stop_contact, stop_visits
 
 BAND = 1.96
 CYCLES = [

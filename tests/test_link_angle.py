@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import ramsight
+from evaluation.judged_errors import judge
 from ramsight import machine
 from ramsight.duty import DriveReport, report, simulate
 from ramsight.duty.link_report import LinkReport, declared_link
@@ -17,7 +18,6 @@ from ramsight.plant.build import build
 from ramsight.plant.linkage import build_mechanism, joints
 from ramsight.plant.linkage.lever import lever
 from ramsight.sensor.kalman import kalman
-from ramsight.tracking.judged_errors import judge
 
 LOADER = machine.load_machine("mining-loader")
 BOOM = build(LOADER, "boom")

@@ -12,10 +12,10 @@ from ramsight.duty import simulate
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.build import build
 from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
-from ramsight.reproduction.baseline import saves
-from ramsight.reproduction.bench import benches
-from ramsight.reproduction.chapter import Verdict
-from ramsight.reproduction.valve_controlled import PLACES, account, metered_run, valve_controlled
+from reproduction.baseline import saves
+from reproduction.bench import benches
+from reproduction.chapter import Verdict
+from reproduction.valve_controlled import PLACES, account, metered_run, valve_controlled
 
 UNIT = build(machine.load_machine("loader-valve-controlled").unit("boom"), "boom")
 PUMP = next(part for part in UNIT.parts() if isinstance(part, LoadSensingPump))

@@ -221,7 +221,7 @@ def test_an_animation_shows_truth_and_estimate_and_needs_no_other_file(cycle, tm
 
     import xarray
 
-    from ramsight.showcase.loader.animation import write_animation
+    from film.animation import write_animation
 
     _, run = cycle
     short = run.isel(time=slice(0, 200))  # 4 s

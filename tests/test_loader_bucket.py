@@ -7,8 +7,8 @@ from ramsight import machine
 from ramsight.drawing.mechanism.bodies import shapes
 from ramsight.drawing.mechanism.bucket import DENSITY, WIDTH, bucket, rock
 from ramsight.plant.linkage import build_mechanism
-from ramsight.reproduction.choices import direct_driven
-from ramsight.reproduction.machine_drawings import hydraulics, pumps
+from reproduction.choices import direct_driven
+from reproduction.machine_drawings import hydraulics, pumps
 
 LOADER = machine.load_machine("mining-loader")
 

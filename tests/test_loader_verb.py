@@ -1,4 +1,4 @@
-"""`ramsight loader`, and the study of the loader under control that the page quotes."""
+"""The loader's film, and the study of the loader under control that the page quotes."""
 
 import importlib
 import json
@@ -20,15 +20,15 @@ LOADER = build_linked(machine.load_machine("mining-loader"))
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """The verb, with an animation of few pictures."""
-    from ramsight.cli import app
-    from ramsight.showcase.loader import animation
+    """The film, with an animation of few pictures."""
+    from film import animation
+    from film.__main__ import app
 
     out = tmp_path_factory.mktemp("loader") / "out"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(animation, "PAGE_STEP", 2.0)
         patch.setattr(animation, "GIF_STEP", 20.0)
-        result = CliRunner().invoke(app, ["loader", "--out", str(out), "--payload", "5 t", "--seed", "2"])
+        result = CliRunner().invoke(app, ["--out", str(out), "--payload", "5 t", "--seed", "2"])
     assert result.exit_code == 0, result.output
     return out, result.output
 
@@ -59,7 +59,7 @@ def test_the_loader_works_and_leaves_all_its_files(done):
 
 
 def test_a_loader_works_with_drives_that_are_late():
-    from ramsight.showcase.loader.loading_cycle import Options, work
+    from film.loading_cycle import Options, work
 
     done = work(LOADER, Options(payload=5000.0, delay=0.06))
     assert done.stopped == ""
@@ -73,8 +73,8 @@ def test_a_loader_works_with_drives_that_are_late():
 
 
 def test_nothing_is_left_where_nothing_can_be_written(tmp_path, monkeypatch):
+    from film import loading_cycle, report
     from ramsight.errors import OutputError
-    from ramsight.showcase.loader import loading_cycle, report
 
     file = tmp_path / "file"
     file.write_text("mine")
@@ -105,10 +105,10 @@ def test_nothing_is_left_where_nothing_can_be_written(tmp_path, monkeypatch):
     ],
 )
 def test_what_cannot_be_is_refused_at_once(tmp_path, arguments, text):
-    from ramsight.cli import app
+    from film.__main__ import app
     from ramsight.errors import RamsightError
 
-    result = CliRunner().invoke(app, ["loader", *arguments, "--out", str(tmp_path / "out")])
+    result = CliRunner().invoke(app, [*arguments, "--out", str(tmp_path / "out")])
     assert isinstance(result.exception, RamsightError)
     assert text in str(result.exception)
     assert not (tmp_path / "out").exists()
@@ -137,8 +137,8 @@ def test_targets_are_met_and_faults_stop_the_machine(study):
 
 
 def test_the_page_quotes_the_study(study, monkeypatch):
-    """Tables and sentences of the page are those of study.json; every row is of a way that the study goes."""
-    found = json.loads((ROOT / "study.json").read_text())["loader_control"]
+    """Tables and sentences of the page are those of results/study.json; every row is of a way that the study goes."""
+    found = json.loads((ROOT / "results" / "study.json").read_text())["loader_control"]
     page = (ROOT / "docs" / "reference" / "loader-accuracy.md").read_text()
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     for name, table in importlib.import_module("pages").LOADER_TABLES.items():

@@ -35,7 +35,7 @@ def test_a_place_that_is_not_there_is_named(script):
 
 
 def test_the_page_lists_the_survivors_with_their_reasons(script):
-    results = json.loads((ROOT / "mutants.json").read_text(encoding="utf-8"))["mutants"]
+    results = json.loads((ROOT / "results" / "mutants.json").read_text(encoding="utf-8"))["mutants"]
     page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     assert {(row["place"].split(":")[0], row["old"]) for row in results} == {
         (one.file, one.old) for one in script.mutants()

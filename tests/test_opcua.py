@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from evaluation.page_tables import quality_table
 from ramsight.deploy.encoder.alarms import Fault
 from ramsight.deploy.encoder.opcua import NAMESPACE, OpcuaError, OpcuaServer, address_of
-from ramsight.deploy.encoder.quality import QUALITY, quality_of, quality_table
+from ramsight.deploy.encoder.quality import QUALITY, quality_of
 from ramsight.errors import DescriptionError
 
 from .encoder_bus import Master, encoder

@@ -9,9 +9,9 @@ import pytest
 
 from ramsight.errors import OutputError
 from ramsight.output import check_folder
-from ramsight.reproduction import CHAPTERS, STEPS, Chapter, Study, Verdict, reproduce, write_report
-from ramsight.reproduction.coverage import DRAWN
-from ramsight.reproduction.repeating import NAMES, SWITCHES
+from reproduction import CHAPTERS, STEPS, Chapter, Study, Verdict, docs_pages, reproduce, write_report
+from reproduction.coverage import DRAWN
+from reproduction.repeating import NAMES, SWITCHES
 
 pytestmark = pytest.mark.slow
 
@@ -289,18 +289,15 @@ def test_the_pdf_has_every_page(folder, study):
     assert pdf.count(b"/Type /Page ") > len(study.pictures) / 2
 
 
-def test_the_pages_of_the_docs_are_this_run(study, monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "evaluation")
-    import paper_page
-
+def test_the_pages_of_the_docs_are_this_run(study):
     number = re.compile(r"\d+(?:\.\d+)?")
-    for name, told in paper_page.texts(study).items():
-        written = (paper_page.PAGES / f"{name}.md").read_text(encoding="utf-8")
+    for name, told in docs_pages.texts(study).items():
+        written = (docs_pages.PAGES / f"{name}.md").read_text(encoding="utf-8")
         assert number.sub("#", told).split() == number.sub("#", written).split()
         for one, other in zip(number.findall(told), number.findall(written), strict=True):
             assert float(one) == pytest.approx(float(other), rel=0.03, abs=0.06)
-    for name in paper_page.SHOWN:
-        assert (paper_page.FIGURES / f"{name}.png").exists()
+    for name in docs_pages.SHOWN:
+        assert (docs_pages.FIGURES / f"{name}.png").exists()
 
 
 def test_figures_have_units_on_their_axes(study):

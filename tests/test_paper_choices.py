@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ramsight.cli import app
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.plant.steady import derive
-from ramsight.reproduction import Chapter, Choices, Statement, Study, Verdict
-from ramsight.reproduction.bench import benches
-from ramsight.reproduction.choices import read_values
-from ramsight.reproduction.coverage import DRAWN, drawn
-from ramsight.reproduction.diagrams import CONTROL, PROCESS, RELATIONS
-from ramsight.reproduction.hoses import DASHES, sized, usual_size
-from ramsight.reproduction.unit_energy import efficiency_maps
-from ramsight.reproduction.words import both, figure, slashed
 from ramsight.sensor.table import MovementTable, speed_table
+from reproduction import Chapter, Choices, Statement, Study, Verdict
+from reproduction.__main__ import app
+from reproduction.bench import benches
+from reproduction.choices import read_values
+from reproduction.coverage import DRAWN, drawn
+from reproduction.diagrams import CONTROL, PROCESS, RELATIONS
+from reproduction.hoses import DASHES, sized, usual_size
+from reproduction.unit_energy import efficiency_maps
+from reproduction.words import both, figure, slashed
 
 RPM = np.pi / 30.0
 
@@ -92,7 +92,7 @@ def test_a_machine_without_the_papers_loads_is_refused(tmp_path):
     ],
 )
 def test_the_command_refuses_what_cannot_be_before_it_works(tmp_path, options, text):
-    done = CliRunner().invoke(app, ["paper", "--out", str(tmp_path / "out"), *options])
+    done = CliRunner().invoke(app, ["--out", str(tmp_path / "out"), *options])
     assert done.exit_code != 0
     assert text in done.output + str(done.exception)
     assert not (tmp_path / "out").exists()
@@ -183,8 +183,8 @@ def test_figures_in_sentences_have_their_digits_and_no_minus_before_a_zero():
 
 
 def test_the_pdfs_columns_fit_on_its_line():
-    from ramsight.reproduction.chapter import Grid
-    from ramsight.reproduction.pdf import _CELL_LETTERS, _widths
+    from reproduction.chapter import Grid
+    from reproduction.pdf import _CELL_LETTERS, _widths
 
     text = "a cell with a sentence that is much longer than its column can be on any page"
     for rows in ([("a", "1.0", "2.0")], [("boom", text, text), ("bucket, of another kind", "1", text)]):

@@ -7,9 +7,9 @@ import xarray
 from ramsight.duty import DriveReport, Duty, lift_lower, report, simulate
 from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.plant.steady import derive
-from ramsight.reproduction.bench import benches
 from ramsight.sensor.status import Status
-from ramsight.tracking.references import ProximitySwitch, with_stop, with_switches
+from reproduction.bench import benches
+from reproduction.references import ProximitySwitch, with_stop, with_switches
 
 pytestmark = pytest.mark.slow
 

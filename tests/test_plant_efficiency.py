@@ -8,7 +8,8 @@ import pytest
 
 import ramsight
 from ramsight.machine import catalogue
-from ramsight.plant.efficiency import catalogue_pump, efficiency
+
+from .pump_curves import catalogue_pump, efficiency
 
 PUMPS = [entry.name for entry in catalogue.entries() if entry.kind == "pump"]
 PRESSURE = np.linspace(10e5, 250e5, 25)

@@ -8,10 +8,10 @@ import xarray
 from hypothesis import given
 from hypothesis import strategies as st
 
+from evaluation.judged_errors import judge
 from ramsight.errors import RamsightError
 from ramsight.logs import read_truth
 from ramsight.tracking import first_stop_contact, position_errors
-from ramsight.tracking.judged_errors import judge
 from ramsight.tracking.position_errors import ComparisonError, stop_visits, track_errors
 
 TIME = np.arange(0.0, 10.0, 0.1)

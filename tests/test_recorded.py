@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from evaluation.judged_errors import judge
 from ramsight import machine
 from ramsight.logs import read_log, read_truth
 from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
-from ramsight.tracking.judged_errors import judge
 
 FOLDER = Path(__file__).parent / "traces" / "person"
 CASES = {case["name"]: case for case in json.loads((FOLDER / "cases.json").read_text())}

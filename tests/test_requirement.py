@@ -17,8 +17,7 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.study.commissioning import requirement_finding
 from ramsight.study.commissioning.finding import Verdict
-from ramsight.study.datasheet.goal import MEASURES
-from ramsight.study.datasheet.mending import mending
+from ramsight.study.datasheet.mending import MEASURES, mending
 from ramsight.study.datasheet.sheet_requirement import SheetRequirement
 from ramsight.tracking.requirement_check import require
 

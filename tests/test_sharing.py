@@ -1,4 +1,4 @@
-"""What two units of one machine say of their common oil and battery: each fault is named, and none without one."""
+"""What two units of one machine say of their common oil and voltage: each fault is named, and none without one."""
 
 import math
 import re
@@ -10,18 +10,19 @@ import xarray
 from typer.testing import CliRunner
 
 import ramsight
+from evaluation.page_tables import shared_table
 from ramsight.cli.verbs import app
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.output import write_table
 from ramsight.sensor.checks.disagreement import sure
-from ramsight.tracking.sharing import OIL, POWER, SHARED, VOLTAGE, Agreement, Allowed, shared_table
+from ramsight.tracking.sharing import OIL, SHARED, VOLTAGE, Agreement, Allowed
 
 PAGE = (Path(__file__).parents[1] / "docs" / "reference" / "detectors.md").read_text(encoding="utf-8")
 H, LASTS = 0.02, 600.0
 
 
-def machine(seed=0, *, oil=0.0, voltage=1.0, current=1.0, power=1.0):
-    """Two drives and their battery for ten minutes, within what is usual; and what is wrong with the second one."""
+def machine(seed=0, *, oil=0.0, voltage=1.0):
+    """Two drives on one battery for ten minutes, within what is usual; and what is wrong with the second one."""
     random = np.random.default_rng(seed)
     time = np.arange(0.0, LASTS, H)
     count = len(time)
@@ -40,38 +41,33 @@ def machine(seed=0, *, oil=0.0, voltage=1.0, current=1.0, power=1.0):
         drives.append(xarray.Dataset({
             "oil_temperature": ("time", temperature + 1.5 * k + (oil if wrong else 0.0) + noise(0.2)),
             "dc_voltage": ("time", link * (voltage if wrong else 1.0) * (1.0 + 0.007 * k) + noise(0.3)),
-            "dc_power": ("time", powers[k] * (power if wrong else 1.0) + noise(30.0)),
+            "dc_power": ("time", powers[k] + noise(30.0)),
         }, coords={"time": time}))  # fmt: skip
-    battery = xarray.Dataset({
-        "battery_voltage": ("time", link), "battery_current": ("time", current * (sum(powers) + 30.0) / link),
-    }, coords={"time": time})  # fmt: skip
-    return drives[0], drives[1], battery
+    return tuple(drives)
 
 
-def said(seed=0, *, others=0.0, **wrong):
-    first, second, battery = machine(seed, **wrong)
-    return ramsight.check_shared(first, second, battery=battery, others=others)
+def said(seed=0, **wrong):
+    return ramsight.check_shared(*machine(seed, **wrong))
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_two_healthy_drives_agree(seed):
     found = said(seed)
     assert found.alerts == []
-    assert [one.name for one in found.looked_at] == ["oil_temperature", "dc_voltage", "battery_power"]
+    assert [one.name for one in found.looked_at] == ["oil_temperature", "dc_voltage"]
     for one in SHARED:
         reach = np.abs(found.checks[f"{one.name}_apart"]) / found.checks[f"{one.name}_allowed"]
         assert float(reach[10:].max()) < 0.7
-    assert found.text.count("agrees") == 3
+    assert found.text.count("agrees") == 2
 
 
 def test_offsets_and_gains_as_they_are_declared_raise_nothing():
     """Five hours of thirty machines."""
     for seed in range(30):
-        oil, voltage, current = np.random.default_rng([seed, 9]).standard_normal(3)
+        oil, voltage = np.random.default_rng([seed, 9]).standard_normal(2)
         drawn = {
             "oil": OIL.allowed.offset * oil - 1.5,
             "voltage": (1.0 + VOLTAGE.allowed.gain * voltage) / 1.007,
-            "current": 1.0 + POWER.allowed.gain * current,
         }
         assert said(seed, **drawn).alerts == []
 
@@ -82,9 +78,6 @@ def test_offsets_and_gains_as_they_are_declared_raise_nothing():
         ("oil_temperature", {"oil": 20.0}),
         ("oil_temperature", {"oil": -20.0}),
         ("dc_voltage", {"voltage": 1.15}),
-        ("battery_power", {"power": 1.3}),
-        ("battery_power", {"power": -1.0}),
-        ("battery_power", {"current": 1.3}),
     ],
 )
 def test_what_is_wrong_is_named_and_nothing_else(name, wrong):
@@ -95,19 +88,12 @@ def test_what_is_wrong_is_named_and_nothing_else(name, wrong):
     assert f"{name} contradicts" in found.text
 
 
-def test_others_take_of_the_battery_what_is_said_of_them():
-    first, second, battery = machine(2)
-    lamps = battery.assign(battery_current=battery["battery_current"] + 1500.0 / battery["battery_voltage"])
-    assert ramsight.check_shared(first, second, battery=lamps).alerts
-    assert not ramsight.check_shared(first, second, battery=lamps, others=1500.0).alerts
-
-
 def test_the_threshold_leaves_one_false_alarm_in_a_thousand_hours():
     """Noise that is as declared, and an offset as large as is declared once, stays inside; k is the Gaussian's."""
     assert math.erfc(sure(1.0) / math.sqrt(2.0)) == pytest.approx(1.0 / 3.6e6, rel=1e-6)
     assert math.erfc(sure(60.0) / math.sqrt(2.0)) == pytest.approx(60.0 / 3.6e6, rel=1e-6)
     time = np.arange(0.0, 1000.0, H)
-    for shared in (OIL, VOLTAGE, POWER):
+    for shared in SHARED:
         allowed = Allowed(noise=1.0)
         noise = np.random.default_rng(3).standard_normal(len(time))
         apart, may, alarm = Agreement(shared, allowed).replay(np.column_stack([time, noise, np.zeros(len(time))])).T
@@ -126,7 +112,7 @@ def test_what_lasts_is_allowed_up_to_the_threshold(offset, alarms):
 
 
 def test_an_alarm_is_over_when_both_agree_again():
-    first, second, _ = machine(4)
+    first, second = machine(4)
     there = (second["time"] > 100.0) & (second["time"] < 200.0)
     found = ramsight.check_shared(first, second.assign(dc_voltage=second["dc_voltage"] + 30.0 * there))
     ((begins, ends, name),) = found.alerts
@@ -140,20 +126,19 @@ def test_an_alarm_is_over_when_both_agree_again():
     [
         ("oil_temperature", "oil_temperature", lambda value: value + 20.0, 45.0, 55.0),
         ("dc_voltage", "dc_voltage", lambda value: 1.1 * value, 0.8, 1.3),
-        ("battery_power", "dc_power", lambda value: 1.3 * value, 4.0, 8.0),
     ],
 )
 def test_a_leap_is_found_as_soon_as_the_page_says(name, column, leap, least, most):
-    first, second, battery = machine(9)
+    first, second = machine(9)
     late = second["time"] > 200.0
     leapt = second.assign({column: leap(second[column]).where(late, second[column])})
-    begins, _, what = ramsight.check_shared(first, leapt, battery=battery).alerts[0]
+    begins, _, what = ramsight.check_shared(first, leapt).alerts[0]
     assert what == name
     assert least < begins - 200.0 < most
 
 
 def test_a_thermometer_that_is_missing_is_the_other_units():
-    first, second, _ = machine(5)
+    first, second = machine(5)
     gone = (first["time"] > 50.0) & (first["time"] < 80.0)
     found = ramsight.check_shared(first.assign(oil_temperature=first["oil_temperature"].where(~gone)), second)
     at = gone.values
@@ -166,7 +151,7 @@ def test_a_thermometer_that_is_missing_is_the_other_units():
 
 
 def test_step_by_step_it_says_what_it_says_of_a_log():
-    first, second, _ = machine(6, voltage=1.1)
+    first, second = machine(6, voltage=1.1)
     rows = np.column_stack([first["time"], first["dc_voltage"], second["dc_voltage"]])[:500]
     rows[100:120, 1] = np.nan
     live = Agreement(VOLTAGE)
@@ -184,26 +169,22 @@ def test_what_one_does_not_say_counts_for_nothing():
 
 
 def test_logs_on_other_times_are_compared_at_the_firsts():
-    first, second, battery = machine(7)
-    found = ramsight.check_shared(
-        first, second.isel(time=slice(1000, None, 3)), battery=battery.isel(time=slice(0, None, 2))
-    )
+    first, second = machine(7)
+    found = ramsight.check_shared(first, second.isel(time=slice(1000, None, 3)))
     assert found.alerts == []
     assert len(found.checks["time"]) == len(first["time"])
 
 
 def test_what_cannot_be_compared_is_refused():
-    first, second, battery = machine(8)
+    first, second = machine(8)
     with pytest.raises(LogError, match="nothing that the first log has"):
         ramsight.check_shared(first[["dc_power"]], second)
     with pytest.raises(LogError, match="no oil_temperature at the times"):
         ramsight.check_shared(first, second.assign_coords(time=second["time"] + 1e6))
     with pytest.raises(MissingColumnError):
-        ramsight.check_shared(first, second, battery=battery.drop_vars("battery_current"))
+        ramsight.check_shared(first, second.drop_vars("time"))
     with pytest.raises(DescriptionError, match="allowed"):
         ramsight.check_shared(first, second, allowed={"oil": Allowed(1.0)})
-    with pytest.raises(DescriptionError, match="others"):
-        ramsight.check_shared(first, second, others=math.nan)
 
 
 def test_the_voltage_of_a_log_is_there_to_be_compared(tmp_path):
@@ -226,21 +207,15 @@ def written(path, log):
 
 
 def test_the_verb_says_what_the_function_says(tmp_path):
-    first, second, battery = (one.isel(time=slice(0, 3000)) for one in machine(10, voltage=1.15))
+    first, second = (one.isel(time=slice(0, 3000)) for one in machine(10, voltage=1.15))
     written(tmp_path / "boom.csv", first)
     written(tmp_path / "bucket.csv", second)
-    write_table({
-        "time_s": battery["time"].values, "battery_voltage_v": battery["battery_voltage"].values,
-        "battery_current_a": battery["battery_current"].values,
-    }, tmp_path / "battery.csv")  # fmt: skip
     verb = ["logs", "shared", str(tmp_path / "boom.csv"), str(tmp_path / "bucket.csv")]
-    done = CliRunner().invoke(app, [*verb, "--battery", str(tmp_path / "battery.csv"), "--others", "30 W"])
+    done = CliRunner().invoke(app, verb)
     assert done.exit_code == 0, done.output
-    assert done.output.strip() == ramsight.check_shared(first, second, battery=battery, others="30 W").text
+    assert done.output.strip() == ramsight.check_shared(first, second).text
     assert "dc_voltage (both DC links): contradicts" in done.output
     assert "oil_temperature (both thermometers): agrees" in done.output
-    plain = CliRunner().invoke(app, verb)
-    assert "battery's current and voltage): not in both" in plain.output
 
 
 def test_the_page_has_the_rows():

@@ -18,7 +18,7 @@ from ramsight.studio.playing import ENDS, Playing
 from ramsight.studio.rig import Rig
 from ramsight.studio.said import LEVELS, SILENT, UNCHECKED, of_estimate, of_verdict
 from ramsight.studio.scenarios import FIRST, NOTHING, SCENARIOS
-from ramsight.studio.status_help import status_help
+from ramsight.studio.status_bar import status_help
 from ramsight.studio.storyteller import MISSED, Scenario, Scene, Storyteller
 from ramsight.studio.worker import _said as said_of  # what a frame has of a unit
 from ramsight.tracking.comparing import ALERTS, Verdict

@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import casadi as ca
 import pytest
 
-from ramsight.constant import Constant, constant_table, constants_of
+from evaluation.page_tables import constant_table
+from ramsight.constant import Constant, constants_of
 from ramsight.engine.typed_state import (
     chosen,
     column,

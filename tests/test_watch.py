@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ramsight.closed_loop.live_watch import DriveWatch
+from evaluation.live_watch import DriveWatch
 from ramsight.control.drive_watch import Verdict
 from ramsight.control.repeats import runs
 from ramsight.control.thresholds import NOTICING_TIME

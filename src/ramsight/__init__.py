@@ -17,6 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ramsight._version import __version__
+from ramsight.circuit_picture import draw_circuits_by
 
 if TYPE_CHECKING:
     from ramsight.api.calibrating import identify, identify_values, leak_test
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from ramsight.api.live_plant import LivePlant
     from ramsight.api.machines import catalogue
     from ramsight.api.plotting import plot
-    from ramsight.api.position_env import position_env
     from ramsight.api.second_channel import compare
     from ramsight.api.shared_reports import check_shared
     from ramsight.api.simulating import drive_report, simulate
@@ -111,7 +111,6 @@ __all__ = [
     "named_faults",
     "open_log",
     "plot",
-    "position_env",
     "read_log",
     "sensor_for",
     "simulate",
@@ -132,7 +131,6 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.live_plant": ("LivePlant",),
         "api.machines": ("catalogue",),
         "api.plotting": ("plot",),
-        "api.position_env": ("position_env",),
         "api.simulating": ("drive_report", "simulate"),
         "api.simulating_many": ("simulate_many",),
         "api.studying": ("Study",),
@@ -172,3 +170,5 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
     def __dir__():
         """The public names alone."""
         return sorted(__all__)
+
+    draw_circuits_by(lambda unit, name: __getattr__("draw")(unit, unit=name))

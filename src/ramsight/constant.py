@@ -36,12 +36,3 @@ class Constant(float):
 def constants_of(module: object) -> Mapping[str, Constant]:
     """All constants of a table, by their names, in its order."""
     return {name: value for name, value in vars(module).items() if isinstance(value, Constant)}
-
-
-def constant_table(module: object) -> str:
-    """A table of constants as Markdown, for the documentation."""
-    rows = [
-        f"| `{name}` | {float(value):g} | {value.unit} | {value.reason} |"
-        for name, value in constants_of(module).items()
-    ]
-    return "\n".join(["| constant | value | unit | where it comes from |", "|---|---|---|---|", *rows])

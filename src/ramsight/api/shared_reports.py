@@ -1,4 +1,4 @@
-"""Two units of one machine: what their drives report of the oil and of the battery that they share."""
+"""Two units of one machine: what their drives report of the oil and of the voltage that they share."""
 
 from __future__ import annotations
 
@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.api.arguments import checked
-from ramsight.api.tracking import Quantity
 from ramsight.errors import DescriptionError, LogError
 from ramsight.intervals import true_intervals
-from ramsight.logs.channels import DC_CURRENT, DC_POWER, DC_VOLTAGE, OIL_TEMPERATURE
+from ramsight.logs.channels import DC_VOLTAGE, OIL_TEMPERATURE
 from ramsight.optional import needing
-from ramsight.tracking.sharing import OIL, POWER, SHARED, VOLTAGE, Agreement, Allowed, Shared
-from ramsight.units import argument
+from ramsight.tracking.sharing import OIL, SHARED, VOLTAGE, Agreement, Allowed, Shared
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -23,8 +21,6 @@ if TYPE_CHECKING:
     import xarray
 
 Array = NDArray[np.float64]
-
-_BATTERY = ("battery_voltage", "battery_current")
 
 
 @dataclass(frozen=True)
@@ -69,31 +65,23 @@ class SharedChecks:
 
 
 def check_shared(
-    first: xarray.Dataset,
-    second: xarray.Dataset,
-    *,
-    battery: xarray.Dataset | None = None,
-    others: Quantity = 0.0,
-    allowed: Mapping[str, Allowed] | None = None,
+    first: xarray.Dataset, second: xarray.Dataset, *, allowed: Mapping[str, Allowed] | None = None
 ) -> SharedChecks:
-    """Hold against each other what the drives of two units say of their common oil and battery.
+    """Hold against each other what the drives of two units say of their common oil and voltage.
 
-    What both logs have is looked at: `oil_temperature` [K], `dc_voltage` [V], and with `battery` the sum of both
-    drives' power, `dc_power` [W], or `dc_voltage` [V] times `dc_current` [A]. The logs have one clock.
+    What both logs have is looked at: `oil_temperature` [K] and `dc_voltage` [V]. The logs have one clock.
 
     Args:
         first: a drive's log over `time` [s], as `ramsight.read_log` or `drive_report` give it.
         second: the other drive's.
-        battery: `battery_voltage` [V] and `battery_current` [A], positive where it gives, over `time` [s].
-        others: power that others than the two drives take of the battery, on average [W].
         allowed: by how much reports may differ, by the quantity's name, in place of what is usual.
 
     Returns:
         Sums, bounds and alarms of each quantity, and both logs with a temperature wherever one of them has one.
 
     Raises:
-        DescriptionError: a name in `allowed` is of no quantity; `others` cannot be read or is out of range.
-        MissingColumnError: a log has no time, or the battery's not what is needed of it.
+        DescriptionError: a name in `allowed` is of no quantity.
+        MissingColumnError: a log has no time.
         LogError: the logs have no time in common, or nothing else.
 
     Example:
@@ -110,10 +98,9 @@ def check_shared(
         raise DescriptionError(
             "is no such quantity", key="allowed", value=min(strange), allowed=", ".join(sorted(names))
         )
-    taken = argument(others, "W", "others", least="-1000 kW", most="1000 kW")
     one, two = checked(first, "first", ("time",)), checked(second, "second", ("time",))
     time = np.asarray(one["time"].values, float)
-    pairs = _pairs(one, two, None if battery is None else checked(battery, "battery", ("time", *_BATTERY)), taken)
+    pairs = _pairs(one, two)
     if not pairs:
         raise LogError("has nothing that the first log has, too", file="the second log")
     columns = {}
@@ -137,28 +124,14 @@ def check_shared(
     return SharedChecks(checks, _filled(one, two), _filled(two, one))
 
 
-def _pairs(
-    one: xarray.Dataset, two: xarray.Dataset, battery: xarray.Dataset | None, others: float
-) -> dict[Shared, tuple[Array, Array]]:
+def _pairs(one: xarray.Dataset, two: xarray.Dataset) -> dict[Shared, tuple[Array, Array]]:
     """What both say of each quantity, at the first log's times."""
     time = one["time"].values
     found = {}
     for shared, name in ((OIL, OIL_TEMPERATURE.name), (VOLTAGE, DC_VOLTAGE.name)):
         if name in one and name in two:
             found[shared] = (np.asarray(one[name].values, float), _at(time, two, two[name].values))
-    if battery is not None and (taken := _power(one)) is not None and (more := _power(two)) is not None:
-        gives = battery["battery_voltage"].values * battery["battery_current"].values
-        found[POWER] = (taken + _at(time, two, more) + others, _at(time, battery, gives))
     return found
-
-
-def _power(log: xarray.Dataset) -> Array | None:
-    """Power that a drive takes [W]; None if it does not say."""
-    if DC_POWER.name in log:
-        return np.asarray(log[DC_POWER.name].values, float)
-    if DC_VOLTAGE.name in log and DC_CURRENT.name in log:
-        return np.asarray(log[DC_VOLTAGE.name].values * log[DC_CURRENT.name].values, float)
-    return None
 
 
 def _at(time: Array, log: xarray.Dataset, values: Array) -> Array:

@@ -15,7 +15,6 @@ from ramsight.optional import check_extra
 from ramsight.plant.build import build
 from ramsight.progress import advancing
 from ramsight.study.datasheet.budget import Budget, budget, check_base
-from ramsight.study.datasheet.goal import Way, way_to
 from ramsight.study.datasheet.mending import mending
 from ramsight.study.datasheet.recorded_check import held_against
 from ramsight.study.datasheet.run_tasks import run
@@ -226,29 +225,3 @@ class Study:
         if judged.is_met:
             return judged
         return replace(judged, mending=tuple(mending(self.machine, self.plan, sheet.budget)))
-
-    def goal_of(self, goal: Quantity) -> float:
-        """A goal as it is passed, in m.
-
-        Args:
-            goal: [m], or ``"2 mm"``.
-
-        Raises:
-            DescriptionError: it cannot be read or is out of range.
-        """
-        return argument(goal, "m", "goal", least="0.01 mm", most="1 m")
-
-    def way_to(self, goal: Quantity, client: Any = None, *, progress: bool = False) -> Way:
-        """The cheapest measures that bring the 95 % error after the third reference to a goal.
-
-        Args:
-            goal: [m], or ``"2 mm"``.
-            client: of Dask distributed.
-            progress: show a bar on a terminal if it takes long.
-
-        Raises:
-            DescriptionError: the goal cannot be read or is out of range.
-        """
-        wanted = self.goal_of(goal)
-        with advancing(0, "trying measures", shown=progress) as advance:
-            return way_to(wanted, self.machine, self.plan, client=client, advance=advance)

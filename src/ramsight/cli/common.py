@@ -9,6 +9,9 @@ from typing import Annotated, Any
 
 import typer
 
+from ramsight.log_formats import READABLE
+
+LOG = f"{READABLE}, by its suffix"
 Machine = Annotated[str, typer.Argument(help="A description file, or a catalogue name.")]
 DrivenUnit = Annotated[
     str | None, typer.Option("--unit", help="The unit that the drive turns; may be left out where there is one.")
@@ -16,9 +19,7 @@ DrivenUnit = Annotated[
 SensedUnit = Annotated[
     str | None, typer.Option("--unit", help="The unit that the sensor is for; may be left out where there is one.")
 ]
-DriveLog = Annotated[
-    Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix.")
-]
+DriveLog = Annotated[Path, typer.Argument(help=f"Drive log: {LOG}.")]
 _VERDICTS = {"passed": "green", "look twice": "yellow", "failed": "red"}
 Strict = Annotated[
     bool, typer.Option("--strict", help="Exit with 1 if there was a warning, for batch jobs; files are written.")

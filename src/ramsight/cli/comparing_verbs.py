@@ -1,4 +1,4 @@
-"""The verb that holds a real position sensor against the virtual one."""
+"""Verbs that hold two against each other: a real position sensor and the virtual one, two units' logs."""
 
 from __future__ import annotations
 
@@ -7,16 +7,13 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, Strict, named_unit, say_verdicts, say_written
+from ramsight.cli.common import LOG, DriveLog, DrivenUnit, Machine, Strict, named_unit, say_verdicts, say_written
 from ramsight.cli.strictness import strictly
 
 
 def compare(
     machine: Machine,
-    log: Annotated[
-        Path,
-        typer.Argument(help="Drive log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix."),
-    ],
+    log: DriveLog,
     other: Annotated[
         Path | None,
         typer.Argument(help="What the real sensor says: time_s and position_m, .csv or .csv.gz; not needed with --dc."),
@@ -135,3 +132,27 @@ def _check_asked(
     for name, path in results.items():
         if other is None and path is not None:
             raise DescriptionError("needs what the real sensor says", key=name, value=str(path))
+
+
+def logs_shared(
+    first: Annotated[Path, typer.Argument(help=f"One drive's log: {LOG}.")],
+    second: Annotated[Path, typer.Argument(help=f"The other drive's log: {LOG}.")],
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="Which of the first log's channels are what: a TOML file.")
+    ] = None,
+    second_map: Annotated[
+        Path | None, typer.Option("--second-map", help="The same of the second log; as --map without it.")
+    ] = None,
+) -> None:
+    """Say whether the drives of two units of one machine agree on the oil and the voltage that they share.
+
+    Both thermometers and both voltages of the DC link, as far as the logs have them; both logs have one clock. Which of
+    two is wrong this cannot tell.
+
+    Example: ramsight logs shared boom.csv bucket.csv
+    """
+    from ramsight.api.shared_reports import check_shared
+    from ramsight.logs import read_log
+
+    logs = [read_log(first, channel_map), read_log(second, second_map or channel_map)]
+    typer.echo(check_shared(*logs).text)

@@ -32,9 +32,6 @@ def datasheet(
     budget: Annotated[
         int, typer.Option(min=0, help="Base points of Sobol's indices, a power of two; 0 for the linear budget alone.")
     ] = 0,
-    goal: Annotated[
-        str | None, typer.Option(help="An error, '2 mm': the cheapest measures that reach it are looked for.")
-    ] = None,
     cluster: Annotated[
         str | None, typer.Option(help="Where it runs: local, or the address of a Dask scheduler [default: here].")
     ] = None,
@@ -72,7 +69,7 @@ def datasheet(
     from ramsight.output import check_folder
     from ramsight.study.datasheet.budget import check_base
     from ramsight.study.datasheet.cluster import cluster as cluster_at
-    from ramsight.study.datasheet.sheet_files import FILES, goal_text, write_sheet
+    from ramsight.study.datasheet.sheet_files import FILES, write_sheet
 
     logs, truths = log or [], truth or []
     if len(logs) != len(truths):
@@ -85,19 +82,15 @@ def datasheet(
         duration=duration, visit_every=visit_every, require=require,
     )  # fmt: skip
     check_base(budget)
-    wanted = None if goal is None else study.goal_of(goal)
     out.mkdir(exist_ok=True)
     with cluster_at(cluster) if cluster is not None else nullcontext() as client:
         found = study.run(out / "machines.zarr", client, progress=True)
         split = study.budget(budget, out / "budget.zarr", client, progress=True)
-        way = None if wanted is None else study.way_to(wanted, client, progress=True)
     sheet = study.datasheet(found, split, list(zip(logs, truths, strict=True)))
     title = f"{study.machine.title or study.machine.name}, unit {unit}"
     judged = study.required(sheet)
-    write_sheet(sheet, found, out, title, way, judged)
+    write_sheet(sheet, found, out, title, judged)
     typer.echo(sheet.text)
-    if way is not None:
-        typer.echo(goal_text(way))
     if judged is not None:
         typer.echo(judged.text)
     typer.echo(f"{out}: {', '.join(FILES[:-1])} and {FILES[-1]} written")

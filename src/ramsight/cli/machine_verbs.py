@@ -1,4 +1,4 @@
-"""Verbs about descriptions of machines: check one, look into the catalogue, begin a new one."""
+"""Verbs about descriptions of machines: check one, draw it, look into the catalogue, begin a new one."""
 
 from __future__ import annotations
 
@@ -155,3 +155,22 @@ def new(
     text = (minimal_text if minimal else template)(machine, name=file.stem or "my-machine")
     write_text(text, file)
     typer.echo(f"{file}: written; put your machine's values in, then: ramsight check {file}")
+
+
+def draw(
+    machine: Machine,
+    out: Annotated[Path, typer.Option(help="Where to write it: .svg, .png or .pdf.")],
+    unit: Annotated[str | None, typer.Option(help="The unit, for example boom; needed if there are several.")] = None,
+) -> None:
+    """Draw a unit's circuit with the symbols of ISO 1219-1, for papers and manuals.
+
+    The drawing is laid out from the parts and nodes of the description: the cylinder above, valves and hoses in its
+    lines, pumps with their motor below, valves to the tank beside them, tank or accumulator at the bottom. Pumps show
+    their displacement, relief valves their setting, cylinders their areas in true proportion.
+
+    Example: ramsight draw mining-loader --unit boom --out boom.svg
+    """
+    from ramsight.api.drawing import draw as draw_unit
+
+    draw_unit(machine, out, unit=unit)
+    say_written(out)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from ramsight.cli.common import (
+    LOG,
     ChannelMapFile,
     DriveLog,
     DrivenUnit,
@@ -21,9 +22,7 @@ from ramsight.cli.strictness import strictly
 
 
 def logs_inspect(
-    file: Annotated[
-        Path, typer.Argument(help="The log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix.")
-    ],
+    file: Annotated[Path, typer.Argument(help=f"The log: {LOG}.")],
     dbc: Annotated[list[Path] | None, typer.Option(help="What CAN frames mean: a DBC file; may be repeated.")] = None,
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="What is known already: the layout of a CSV file, PDOs, ...")

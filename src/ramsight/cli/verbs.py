@@ -17,14 +17,10 @@ from ramsight.cli import (
     commissioning_verbs,
     comparing_verbs,
     datasheet_verbs,
-    demonstration_verbs,
-    drawing_verbs,
     exporting_verbs,
+    look_verbs,
     machine_verbs,
-    sharing_verbs,
     simulation_verbs,
-    studio_verbs,
-    study_verbs,
     tracking_verbs,
 )
 from ramsight.cli.common import group
@@ -102,8 +98,8 @@ def ramsight(
 
 
 SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
-    "Describe": (machine_verbs.new, machine_verbs.check, drawing_verbs.draw),
-    "Simulate and study": (simulation_verbs.simulate, datasheet_verbs.datasheet, study_verbs.loader, study_verbs.paper),
+    "Describe": (machine_verbs.new, machine_verbs.check, machine_verbs.draw),
+    "Simulate and study": (simulation_verbs.simulate, datasheet_verbs.datasheet),
     "Follow a log": (tracking_verbs.track, comparing_verbs.compare),
     "Calibrate and commission": (
         calibration_verbs.leak_test,
@@ -112,7 +108,7 @@ SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
         commissioning_verbs.commission,
     ),
     "Deploy": (bus_verbs.encoder, exporting_verbs.fmeda),
-    "Look on": (demonstration_verbs.demo, studio_verbs.studio),
+    "Look on": (look_verbs.demo, look_verbs.studio),
 }
 """Verbs by what they are for, as the help lists them; groups of verbs join theirs in `GROUPS`."""
 GROUPS = {"catalog": "Describe", "logs": "Follow a log", "export": "Deploy"}
@@ -129,7 +125,7 @@ app.add_typer(catalog, name="catalog")
 
 logs = group(no_args_is_help=True, help="Look into drive logs, and send them.")
 offer(logs, tracking_verbs.logs_inspect, "inspect")
-offer(logs, sharing_verbs.logs_shared, "shared")
+offer(logs, comparing_verbs.logs_shared, "shared")
 offer(logs, bus_verbs.logs_replay, "replay")
 app.add_typer(logs, name="logs")
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from ramsight.closed_loop.learned import learned_factors
 from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
-from ramsight.closed_loop.pacing import together
 from ramsight.closed_loop.planning import Knowledge, Visit, due
 from ramsight.closed_loop.referencing import ASKS, Referencing, felt
 from ramsight.closed_loop.thresholds import LONGEST_MOVE, LOOP_SETTLE_TIME, POSITION_SENSOR_STD
@@ -34,6 +33,7 @@ from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 
 if TYPE_CHECKING:
     import xarray
+
 
 Fault = Callable[[str, Reported], Reported | None]
 """What becomes of a unit's report on its way: unit and sample in, sample out; nothing if it does not arrive."""
@@ -348,3 +348,21 @@ class DrivenUnits(ABC):
         found["status"].attrs = {"meaning": "; ".join(f"{int(status)}: {status.text}" for status in Status)}
         found.attrs = {"format": 1, "sensor": self.sensors[unit].kind}
         return found
+
+
+def together(ways: Mapping[str, tuple[Limits, float]]) -> dict[str, tuple[float, float]]:
+    """Velocities [m/s] and accelerations [m/s2] with which cylinders do the same shares of their ways at any time.
+
+    Args:
+        ways: limits and way [m] of each.
+
+    Example:
+        >>> slow, fast = Limits(0.05, 0.1, 0.01, 0.02), Limits(0.1, 0.1, 0.01, 0.02)
+        >>> together({"boom": (slow, 0.2), "bucket": (fast, -0.1)})
+        {'boom': (0.05, 0.1), 'bucket': (0.025, 0.05)}
+    """
+    moving = {name: (limits, abs(way)) for name, (limits, way) in ways.items() if way != 0.0}
+    speed = min((limits.speed / way for limits, way in moving.values()), default=0.0)
+    slope = min((limits.acceleration / way for limits, way in moving.values()), default=0.0)
+    still = {name: (limits.speed, limits.acceleration) for name, (limits, _) in ways.items()}
+    return still | {name: (speed * way, slope * way) for name, (_, way) in moving.items()}

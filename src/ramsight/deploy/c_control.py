@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight import __version__
+from ramsight._version import __version__
 from ramsight.control.activity import ACTIVITIES
 from ramsight.control.block import Block
 from ramsight.control.orders import INPUTS, OUTPUTS, Reason

@@ -17,13 +17,12 @@ from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import STRICT, find_compiler, library
 from ramsight.deploy.control_options import ControlOptions
-from ramsight.deploy.credentials import CARD, DESCRIPTION, FMEDA, Export, credentials
+from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.fmu_behind import comparison_behind
 from ramsight.deploy.fmu_description import build_description, description_2, description_3
 from ramsight.deploy.fmu_model import FmuModel, config_text, plant_model, sensor_model
 from ramsight.deploy.fmu_variable import Variable
 from ramsight.deploy.platforms import binaries
-from ramsight.deploy.reference_experiment import experiment_of, reference_files
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.output import atomic_path, check_target
@@ -150,10 +149,6 @@ def make_fmu(
         binaries(files, identifier, fmi, platforms) if platforms is not None else _own(files, identifier, fmi, compiler)
     )
     content |= built_for
-    given = experiment_of(built, what, model.sensor)
-    own_names = (DESCRIPTION, CARD, *(() if what == "plant" else (FMEDA,)))
-    related = reference_files(given, identifier, own_names)
-    content |= {name: text.encode() for name, text in related.items()}
     options = (f"--what {what}", f"--fmi {fmi}", *(["--parameters"] if tabled else []), *_asked(platforms))
     command = ("fmu", *options, *(driving.words if what == "control" else ()))
     own = credentials(Export(machine, built, what, command), content)

@@ -56,10 +56,6 @@ class LiveEnergy:
         self._audited, self._tank_pressure, self._last = audited, tank_pressure, dict(inside)
         self.account = EnergyAccount()
 
-    def begin_again(self) -> None:
-        """Begin the account again."""
-        self.account = EnergyAccount()
-
     def enter(self, inside: Mapping[str, float]) -> None:
         """Enter what happened since the last sample.
 

@@ -14,7 +14,7 @@ from ramsight.signals import Signal, Signals
 from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
-    import xarray
+    pass
 
 TIME = "time_s"
 _COMMAND = "_command"
@@ -183,11 +183,6 @@ def part_of(column: str) -> str:
         'valve'
     """
     return column.removesuffix(_COMMAND)
-
-
-def as_dataset(columns: Mapping[str, NDArray[np.float64]], channels: Sequence[Channel]) -> xarray.Dataset:
-    """The same as `as_signals`, as a `Dataset`."""
-    return as_signals(columns, channels).dataset()
 
 
 def as_signals(columns: Mapping[str, NDArray[np.float64]], channels: Sequence[Channel]) -> Signals:

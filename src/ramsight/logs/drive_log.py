@@ -51,8 +51,8 @@ def read_log(
     and perhaps ``reference_m``, in any order. Every other one is ignored, a position above all.
 
     Args:
-        log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix
-            (docs/reference/log-formats.md has them all); or a pandas or polars DataFrame with such columns.
+        log: the file, by its suffix (docs/reference/log-formats.md has all formats); or a pandas or polars DataFrame
+            with such columns.
         channel_map: which of its channels are what, or the TOML file that states so.
         strict: refuse a log with faults, for work that needs one without: values that are missing, time that does
             not increase. A sensor does not need that, it states which samples are bad.

@@ -72,8 +72,7 @@ def open_log(
     one after the other states what it says of the whole.
 
     Args:
-        path: the file: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames;
-            docs/reference/log-formats.md has them all.
+        path: the file; docs/reference/log-formats.md has all formats.
         channel_map: which of its channels are what, or the file that states so; None for a table whose columns are
             called ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c`` and perhaps
             ``reference_m``.

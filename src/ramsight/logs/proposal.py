@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from ramsight.log_formats import CAN
 from ramsight.logs.can_origins import Origins
 from ramsight.logs.clock import Clock
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.guess import USUAL, is_share
 from ramsight.logs.inspect import Inspection
 from ramsight.logs.mapped import HOLD, Mapped
-from ramsight.logs.source_by_suffix import CAN
 from ramsight.logs.temperatures import celsius
 from ramsight.units import FREEZING
 
@@ -135,7 +135,7 @@ def _csv_lines(found: Inspection) -> list[str]:
 def _can_lines(found: Inspection, folder: Path | None) -> list[str]:
     known = found.known
     if not known.is_can:
-        if not found.frames and not found.file.lower().endswith(CAN):
+        if not found.frames and not found.file.lower().endswith(CAN.suffixes):
             return []
         nodes = sorted({key & ~EXTENDED for key in found.frames if 0x181 <= key & ~EXTENDED <= 0x57F})
         senders = sorted({key & 0x7F for key in nodes if key & 0x7F})

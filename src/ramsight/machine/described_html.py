@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
+from ramsight.circuit_picture import circuit_picture
 from ramsight.machine.parts import Cylinder, Drive, Oil
-from ramsight.output.notebook import card, fitted
+from ramsight.output.notebook import card
 from ramsight.units import format_si
 
 
@@ -45,21 +46,6 @@ def unit_html(unit: Sized) -> str:
         unit: the description.
     """
     return card(f"unit with the circuit {unit.circuit}", _sizes(unit), circuit_picture(unit, "unit"))
-
-
-def circuit_picture(unit: object, name: str) -> str:
-    """The drawing of a unit's circuit, "" where it cannot be drawn.
-
-    Args:
-        unit: a description, or built.
-        name: of it.
-    """
-    from ramsight import RamsightError, draw
-
-    try:
-        return fitted(draw(unit, unit=name))  # type: ignore[arg-type]  # whatever `build` takes
-    except RamsightError:
-        return ""
 
 
 def _sizes(unit: Sized) -> list[tuple[str, str]]:

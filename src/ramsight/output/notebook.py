@@ -36,16 +36,6 @@ def card(title: str, rows: Iterable[tuple[str, str]], picture: str = "", rest: s
     )
 
 
-def fitted(svg: str) -> str:
-    """A drawing as wide as the place that it stands in.
-
-    Args:
-        svg: an SVG document.
-    """
-    opening, _, rest = svg[svg.index("<svg") :].partition(">")
-    return f'{opening} style="width:100%;height:auto">{rest}'
-
-
 def curves(time: NDArray[np.float64], series: Mapping[str, NDArray[np.float64]], unit: str) -> str:
     """Curves over time as a small SVG, from the least to the largest value; gaps where there is no number.
 

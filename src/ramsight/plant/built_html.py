@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ramsight.machine.described_html import circuit_picture
+from ramsight.circuit_picture import circuit_picture
 from ramsight.output.notebook import card
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.units import format_si

@@ -18,8 +18,7 @@ from ramsight.studio.scene import VIEWS, MachineScene
 from ramsight.studio.session import STANDS, Session
 from ramsight.studio.setting import Setting, catalogue_name, query_of
 from ramsight.studio.slider import labelled
-from ramsight.studio.status_bar import status_bar
-from ramsight.studio.status_help import status_help
+from ramsight.studio.status_bar import status_bar, status_help
 from ramsight.studio.story_panel import StoryPanel
 from ramsight.studio.strips_panel import strips_panel
 from ramsight.studio.worker import Frame

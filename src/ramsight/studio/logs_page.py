@@ -9,6 +9,7 @@ from typing import Any
 
 from nicegui import run, ui
 
+from ramsight.log_formats import READABLE
 from ramsight.machine.description import Machine
 from ramsight.studio.files import Shared
 from ramsight.studio.job import Job, Say
@@ -95,9 +96,7 @@ class _LogsPage:
     def _inputs(self) -> None:
         machine = self.visit.machine
         ui.html("<h2>A drive log</h2>", sanitize=False)
-        ui.label(
-            "CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames: motor speed, motor torque and oil temperature."
-        )
+        ui.label(f"{READABLE}: motor speed, motor torque and oil temperature.")
         with ui.row().classes("items-start"):
             self._upload("log", "drop the log here")
             self._upload("truth", "true position, if known")

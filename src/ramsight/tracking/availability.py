@@ -7,8 +7,6 @@ alert. (The terms are those of satellite navigation, RTCA DO-229.)
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ramsight.sensor.status import LEAST
@@ -16,9 +14,6 @@ from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.signals import Samples
 from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.tracking.passed_time import PassedTime
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["LONGEST_ALERT", "TIME_TO_ALERT", "Availability"]
 

@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ramsight.errors import RamsightError
 
-_STANDING = 0.2  # rad/s; two steps of a drive that reports whole rpm
-
 
 class ComparisonError(RamsightError):
     """An estimate and a truth that cannot be compared."""
@@ -194,27 +192,6 @@ def stop_visits(
     there = (position < tolerance) | (position > stroke - tolerance)
     comes = there & ~np.concatenate([[False], there[:-1]])
     return np.asarray(time[comes])
-
-
-def turning_for(time: ArrayLike, motor_speed: ArrayLike) -> NDArray[np.float64]:
-    """How long the motor has been turning at each sample [s], 0 while it stands.
-
-    Args:
-        time: [s], shape (n,), increasing.
-        motor_speed: [rad/s], shape (n,).
-
-    Raises:
-        ComparisonError: lengths differ, times do not increase, or the series is empty.
-
-    Example:
-        >>> turning_for([0.0, 1.0, 2.0, 3.0], [0.0, 5.0, 5.0, 0.0]).tolist()
-        [0.0, 0.0, 1.0, 0.0]
-    """
-    times, speeds = _series(time, motor_speed, "log")
-    turns = np.abs(speeds) > _STANDING
-    starts = turns & ~np.concatenate([[False], turns[:-1]])
-    since = np.maximum.accumulate(np.where(starts, np.arange(len(times)), 0))
-    return np.where(turns, times - times[since], 0.0)
 
 
 def _series(time: ArrayLike, position: ArrayLike, whose: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

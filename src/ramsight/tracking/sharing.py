@@ -1,8 +1,8 @@
 """Two units of one machine share oil and battery: what their drives report of it, held against each other.
 
-Each thermometer is in the same oil, each DC link is on the same battery, and what both drives take the battery gives:
+Each thermometer is in the same oil, and each DC link is on the same battery:
 
-    T_1 = T_2,      U_1 = U_2,      P_1 + P_2 + others = P_battery
+    T_1 = T_2,      U_1 = U_2
 
 each summed up and bounded as reports of one drive are (`disagreement`), within what is declared of noise, of what lasts
 and of delays. Of two that are apart nothing here shows which is wrong; each drive's own checks (`drive_check`) may.
@@ -71,7 +71,7 @@ class Shared:
 
 
 # Thermometers of class B are right to 0.5 K at 40 degC (IEC 60751), and a pump that works has its oil up to 6 K warmer
-# than the tank (docs/reference/effects.md). That inverters measure voltage and current to 1 % is a guess.
+# than the tank (docs/reference/effects.md). That inverters measure voltage to 1 % is a guess.
 OIL = Shared(
     "oil_temperature", "K", "both thermometers", "both are in the same oil, Σ(T₁ − T₂)h = 0", 60.0,
     Allowed(noise=0.3, offset=3.0), "a temperature that is missing is the other unit's",
@@ -80,12 +80,7 @@ VOLTAGE = Shared(
     "dc_voltage", "V", "both DC links", "both are on one battery, Σ(U₁ − U₂)h = 0", 1.0,
     Allowed(noise=0.5, gain=0.014, delay=0.02),
 )  # fmt: skip
-POWER = Shared(
-    "battery_power", "W", "both DC powers, battery's current and voltage",
-    "drives and others take what the battery gives, Σ(P₁ + P₂ + P₀ − U I)h = 0", 1.0,
-    Allowed(noise=50.0, offset=50.0, gain=0.02, delay=0.05),
-)  # fmt: skip
-SHARED = (OIL, VOLTAGE, POWER)
+SHARED = (OIL, VOLTAGE)
 """All that is looked at."""
 
 
@@ -174,14 +169,3 @@ class Agreement:
             rows: time [s] and both reports, shape (samples, 3).
         """
         return replay(self._graph, np.ascontiguousarray(rows), self._set, self._kept)
-
-
-def shared_table() -> str:
-    """The rows for the documentation, in Markdown."""
-    rows = ["| | signals | hypothesis | threshold | summed up over | then |", "|" + "---|" * 6]
-    threshold = "one false alarm in 1000 h, from declared noise, what lasts, and delay"
-    rows += [
-        f"| `{one.name}` | {one.signals} | {one.hypothesis} | {threshold} | {one.memory:g} s | {one.then} |"
-        for one in SHARED
-    ]
-    return "\n".join(rows)

@@ -166,24 +166,6 @@ def register(faults: Iterable[Fault]) -> int:
     return bits | _ANY if bits else 0
 
 
-def fault_table() -> str:
-    """The faults as a table for the documentation, in Markdown."""
-    lines = ["| condition | sensor status | position | 6503h | 6505h | EMCY | NE 107 |", "|" + "---|" * 7]
-    for fault in Fault:
-        from_status = ", ".join(status.name.lower() for status, of in OF_STATUS.items() if of is fault)
-        validity = "invalid" if fault.alarm else ("uncertain" if fault.warning else "valid")
-        emcy = f"{fault.emcy:04X}h" if fault.emcy else "–"
-        lines.append(
-            f"| {fault.text} | {from_status or '–'} | {validity} | {_bits(fault.alarm)} | {_bits(fault.warning)} "
-            f"| {emcy} | {fault.ne107} |"
-        )
-    return "\n".join(lines) + "\n"
-
-
-def _bits(word: int) -> str:
-    return ", ".join(str(k) for k in range(16) if word >> k & 1) or "–"
-
-
 def _together(words: Iterable[int]) -> int:
     found = 0
     for word in words:

@@ -253,30 +253,3 @@ def limits(type: str) -> tuple[int, int]:
     """
     bits, sign = BITS[type], type.startswith("INT")
     return (-(1 << bits - 1), (1 << bits - 1) - 1) if sign else (0, (1 << bits) - 1)
-
-
-def object_table() -> str:
-    """The objects as a table for the documentation, in Markdown."""
-    lines = ["| object | name | type | access | default | meaning |", "|---|---|---|---|---|---|"]
-    for one in OBJECTS:
-        for entry in one.entries:
-            if one.kind != "VAR" and entry.subindex == 0 and entry.access == "const":
-                continue
-            if entry.subindex > 1 and one.index in (0x1003, 0x1A00, 0x1A01):
-                continue
-            name = entry.name + (" … 8" if one.index in (0x1003, 0x1A00, 0x1A01) and entry.subindex else "")
-            mapped = ", PDO" if entry.mappable else ""
-            lines.append(
-                f"| {code(one.index, entry.subindex)} | {name} | {entry.type} | {entry.access}{mapped} "
-                f"| {shown(entry)} | {entry.text} |"
-            )
-    return "\n".join(lines) + "\n"
-
-
-def shown(entry: Entry) -> str:
-    """A default as text: identifiers and signatures in hexadecimal."""
-    if entry.default is None:
-        return ""
-    if isinstance(entry.default, str):
-        return entry.default.replace("$NODEID", "node")
-    return f"{entry.default:X}h" if abs(entry.default) > 0xFFFF and entry.default > 0 else str(entry.default)

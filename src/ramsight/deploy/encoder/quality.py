@@ -90,11 +90,3 @@ def quality_of(faults: frozenset[Fault], *, valid: bool) -> str:
     if bad or not valid:
         return bad[0] if bad else WAITING
     return found[0] if found else GOOD
-
-
-def quality_table() -> str:
-    """The qualities as a table for the documentation, in Markdown."""
-    lines = ["| quality | while |", "|---|---|", f"| {GOOD} | nothing is wrong |"]
-    codes = sorted(set(QUALITY.values()), key=lambda one: (one.startswith(_BAD), one))
-    while_ = {code: "; ".join(fault.text for fault in Fault if QUALITY[fault] == code) for code in codes}
-    return "\n".join([*lines, *(f"| {code} | {text} |" for code, text in while_.items())]) + "\n"

@@ -32,14 +32,14 @@ _SCALES = {"m": (1e3, "mm"), "s": (1.0, "s"), "m/h": (1e3, "mm/h"), "m/K": (1e3,
 _SURE = 3.0  # over the machines: with 95 % confidence no larger share is worse than the worst of them (rule of three)
 
 
-def sheet_page(sheet: Sheet, title: str, drawn: Mapping[str, tuple[Figure, str]], goal: Iterable[str] = ()) -> str:
+def sheet_page(sheet: Sheet, title: str, drawn: Mapping[str, tuple[Figure, str]], required: Iterable[str] = ()) -> str:
     """The page of a data sheet.
 
     Args:
         sheet: what it says.
         title: of the machine and its unit.
         drawn: figures with their captions, by name.
-        goal: HTML of what has to be done for a goal.
+        required: HTML of what the position is required for.
 
     Returns:
         HTML.
@@ -58,7 +58,7 @@ def sheet_page(sheet: Sheet, title: str, drawn: Mapping[str, tuple[Figure, str]]
     parts += ["<h2>Beside sensors that measure</h2>", _side_by_side(sheet)]
     if sheet.budget is not None:
         parts += ["<h2>Error budget</h2>", *_budget(sheet.budget), *_figure(drawn, "budget")]
-    parts += goal
+    parts += required
     if sheet.recorded:
         parts += ["<h2>Recorded machines</h2>", *_recorded(sheet)]
     parts += ["<h2>The worst machines</h2>", *_worst(sheet)]

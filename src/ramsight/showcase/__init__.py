@@ -1,1 +1,0 @@
-"""Showcases: the demonstration that ships with the package, and a loader at work as a film."""
