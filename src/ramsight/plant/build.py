@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import load_machine, only_unit
@@ -72,4 +72,5 @@ def required(unit: U, asked: Requirement | None) -> U:
         return unit
     integrity = asked.integrity(unit.assumptions.integrity, float(unit.cylinder.stroke))
     assumptions = unit.assumptions.model_copy(update={"integrity": integrity})
-    return replace(unit, requirement=asked, assumptions=assumptions)
+    changed: U = replace(cast("Any", unit), requirement=asked, assumptions=assumptions)
+    return changed
