@@ -85,7 +85,7 @@ def test_the_readme_is_short_and_names_verbs_that_exist():
     verbs, named = verbs_and_named("README.md")
     assert {"demo", "track"} <= named <= verbs
     text = (ROOT / "README.md").read_text()
-    assert len(text.splitlines()) <= 120
+    assert len(text.splitlines()) <= 126
     blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
     assert sum(len(block.splitlines()) for block in blocks) <= 5
     (picture,) = re.findall(r'src="(.*?)"', text)
