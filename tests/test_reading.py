@@ -11,7 +11,7 @@ from ramsight import machine
 from ramsight.api.commissioning import _mending
 from ramsight.deploy.fmeda import fmeda_table
 from ramsight.duty.live_further import LiveFurther
-from ramsight.duty.reading import ReadingReport, declared_readings
+from ramsight.duty.reading_report import ReadingReport, declared_readings
 from ramsight.logs import read_log, write_log
 from ramsight.logs.channels import FURTHER, READINGS
 from ramsight.logs.mapped import SI

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
 from ramsight.duty.lagging import lagging
 from ramsight.duty.link_report import LinkReport, declared_link
-from ramsight.duty.reading import ReadingReport, declared_readings
+from ramsight.duty.reading_report import ReadingReport, declared_readings
 from ramsight.duty.stepped import Value, stepped
 from ramsight.logs.channels import (
     DC_POWER,
