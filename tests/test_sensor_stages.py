@@ -14,7 +14,7 @@ from ramsight.plant.valve import ReliefValve
 from ramsight.sensor import thresholds as by
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.link_angle import LinkState, read_angle
-from ramsight.sensor.belief.reading import read_position
+from ramsight.sensor.belief.position_reading import read_position
 from ramsight.sensor.checks.counter_check import CounterCheckState, Counting, judge_counter, read_counter
 from ramsight.sensor.checks.disagreement import Sums, sure
 from ramsight.sensor.checks.drive_check import DriveChecks

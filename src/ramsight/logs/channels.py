@@ -80,7 +80,7 @@ class Further(Channel):
 
     Args:
         declared: table of the assumptions that declares it, where its `std` is above zero.
-        reads: what of a run it measures as an occasional reading (`ramsight.duty.reading_report`), by its name there; "" where
+        reads: what of a run it measures as an occasional reading (`duty.reading_report`), by its name there; "" where
             it has a law of its own.
         advice: what to add to a machine, as a commissioning says it; "" for nothing.
     """

@@ -19,7 +19,7 @@ from ramsight.sensor.belief.bank import Bank
 from ramsight.sensor.belief.closed_volume import EventState, follow_event
 from ramsight.sensor.belief.link_angle import LinkState, read_angle
 from ramsight.sensor.belief.measurement import Measurement
-from ramsight.sensor.belief.reading import read_position
+from ramsight.sensor.belief.position_reading import read_position
 from ramsight.sensor.belief.renewal import Measured
 from ramsight.sensor.checks.drive_check import DriveChecks
 from ramsight.sensor.circuit.delivery import one_sided
