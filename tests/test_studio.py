@@ -625,6 +625,10 @@ def test_this_machine_is_served_and_no_page_may_frame_it():
     sent = asked(Guard(served, None, 100), HERE)
     assert status_of(sent) == 200
     assert (b"x-frame-options", b"DENY") in sent[0]["headers"]
+    policy = dict(sent[0]["headers"])[b"content-security-policy"].decode()
+    assert "default-src 'self'" in policy
+    assert "object-src 'none'" in policy
+    assert "http" not in policy, "nothing comes from elsewhere"
     assert status_of(asked(Guard(served, None, 100), {"host": "[::1]:8080"})) == 200
 
 
@@ -647,6 +651,7 @@ def test_this_machine_is_served_and_no_page_may_frame_it():
         ({**HERE, "sec-fetch-site": "same-origin", "sec-fetch-mode": "cors", "sec-fetch-dest": "empty"}, 200),
         ({**HERE, "sec-fetch-site": "none", "sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}, 200),
         ({"host": "[::1"}, 421),
+        ({"host": "evil@127.0.0.1:8080"}, 421),
         ({"host": "[nonsense]"}, 421),
         ({**HERE, "origin": "http://["}, 403),
         ({**HERE, "origin": "http://[::1"}, 403),
