@@ -15,6 +15,7 @@ from typing import overload
 from ramsight import bounded_toml
 from ramsight.errors import DescriptionError
 from ramsight.logs.channels import DC_POWER, POSITION
+from ramsight.logs.clock_units import is_time
 from ramsight.logs.header import SEPARATORS, CsvForm
 from ramsight.logs.lines import file_name
 from ramsight.logs.map_keys import Keys
@@ -35,12 +36,16 @@ from ramsight.logs.mapped import (
     Pdo,
     Referenced,
     Sequence,
+    Timed,
     to_si_of,
 )
 from ramsight.logs.sensor_curve import SensorCurve
 
 SHORTEST, LONGEST, USUAL_PERIOD = 8e-3, 0.1, 0.02
 """Periods of samples that sensors work with, and one that drives usually have [s]."""
+
+SHORTEST_ROW, LONGEST_ROW = 1e-6, 100.0
+"""How far rows of a log may be apart [s]."""
 
 MOST_NOISE = 1000.0  # N m; as much as tolerances of a description have
 WORST_LINEARITY = 0.1  # m; a sensor that is bent by more measures something else
@@ -124,8 +129,7 @@ def load_map(path: str | Path) -> ChannelMap:
 def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     if keys.take("format", int, 1) != 1:
         raise keys.wrong("format", "is of a later ramsight", "1")
-    time = keys.table("time")
-    date = None if time is None else time.take("date", str, None)
+    clock = _timed(keys.table("time"))
     roles, angle, motor = _roles(keys, file)
     if not (roles["speed"].channel and roles["torque"].channel):
         raise DescriptionError("speed and torque need a channel, a constant is none", file=file)
@@ -151,12 +155,50 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     linked = _linked(keys, further)
     sequence, state = _sequence(keys.table("sequence")), _state(keys.table("state"))
     keys.end()
-    clock = None if time is None else _mapped(time, "time")
     return ChannelMap(
-        file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, date, angle, motor, commands, further,
+        file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, angle, motor, commands, further,
         measured, linked, USUAL_PERIOD if angle is not None and period is None else period, linearity, curve,
         sources, j1939, sequence, state,
     )  # fmt: skip
+
+
+def _timed(keys: Keys | None) -> Timed | None:
+    """The clock: a channel, a period of rows, or a channel of which each number is a period."""
+    if keys is None:
+        return None
+    channel, date, week = (keys.take(key, str, None) or None for key in ("channel", "date", "week"))
+    period, unit = keys.quantity("period", "s"), keys.take("unit", str, None)
+    if channel is None and period is None:
+        raise keys.wrong("channel", "a channel is needed, or how far rows are apart", 'period = "20 ms"')
+    if period is not None and not SHORTEST_ROW <= period <= LONGEST_ROW:
+        raise keys.wrong("period", "is no distance of rows", f"{SHORTEST_ROW * 1e6:g} us to {LONGEST_ROW:g} s")
+    for other, one, words in (
+        ("unit", unit, "the period says what a number is"),
+        ("date", date, "rows at a period have no date"),
+        ("week", week, "rows at a period have no week"),
+    ):
+        if period is not None and one is not None:
+            raise keys.wrong(other, f"and period are two for one: {words}", "one of the two")
+    if date is not None and week is not None:
+        raise keys.wrong("week", "and date are two for one", "one of the two")
+    if unit is not None and not is_time(unit):
+        raise keys.wrong("unit", "is no unit of time", '"s", "ms", "us", "100 ns", "d", or several: "20 ms"')
+    form = _numbers(keys)
+    if channel is None and form != (1.0, 1.0, 0.0):
+        raise keys.wrong("scale", "and offset and sign are for the numbers of a channel", "period alone")
+    keys.end()
+    return Timed(channel or "", unit, date, week, period, *form)
+
+
+def _numbers(keys: Keys) -> tuple[float, float, float]:
+    """Sign, scale and offset of a channel's numbers."""
+    sign = keys.take("sign", (int, float), 1)
+    if sign not in (1, -1):
+        raise keys.wrong("sign", "is no sign", "1 or -1")
+    scale, offset = keys.take("scale", (int, float), 1.0), keys.take("offset", (int, float), 0.0)
+    if scale == 0:
+        raise keys.wrong("scale", "makes everything 0", "a number other than 0")
+    return float(sign), float(scale), float(offset)
 
 
 def _sequence(keys: Keys | None) -> Sequence | None:
@@ -304,12 +346,7 @@ def _mapped(keys: Keys, role: str, *, end: bool = True) -> Mapped:
     rated = keys.quantity("rated", SI[role]) if role in ("speed", "torque", "dc_current") else None
     if unit is not None:
         to_si_of(unit, role, rated, file=keys.file, key=f"{keys.path}unit")
-    sign = keys.take("sign", (int, float), 1)
-    if sign not in (1, -1):
-        raise keys.wrong("sign", "is no sign", "1 or -1")
-    scale, offset = keys.take("scale", (int, float), 1.0), keys.take("offset", (int, float), 0.0)
-    if scale == 0:
-        raise keys.wrong("scale", "makes everything 0", "a number other than 0")
+    sign, scale, offset = _numbers(keys)
     hold = keys.quantity("hold", "s")
     if hold is not None and hold <= 0:
         raise keys.wrong("hold", "has to be longer than nothing", 'for example "0.5 s"')
@@ -317,7 +354,7 @@ def _mapped(keys: Keys, role: str, *, end: bool = True) -> Mapped:
         keys.end()
     usual = HOLD.get(role, USUAL_HOLD)
     held = usual if hold is None else hold
-    return Mapped(channel, unit, float(sign), float(scale), float(offset), rated, held, constant, noise or 0.0)
+    return Mapped(channel, unit, sign, scale, offset, rated, held, constant, noise or 0.0)
 
 
 def _referenced(keys: Keys) -> Referenced:

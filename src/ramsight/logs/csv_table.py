@@ -41,6 +41,7 @@ class CsvTable:
         units: of the columns as the row of units has them, "" without one.
         separator: between cells.
         first_row: line of the first row.
+        head: the lines before the header.
 
     Raises:
         LogError: the file cannot be read, has no header or no rows.
@@ -55,8 +56,7 @@ class CsvTable:
         self._blocks, self._body = line_blocks(path, encoding=form.encoding, advance=advance, size=size), b""
         if self._peek() is None:
             raise LogError("is empty", file=self.file)
-        for _ in range(form.header_line - 1):
-            self._take()
+        self.head = [self._take() or "" for _ in range(form.header_line - 1)]
         head, lines = self._take_header()
         if not head.strip():
             raise LogError("is blank where the header should stand", file=self.file, line=form.header_line)

@@ -21,7 +21,7 @@ _PREAMBLE = 200  # lines
 
 _NAMES = {
     "speed": r"speed|rpm|drehzahl|veloc|vitesse|r[ée]gime|(^|[^a-z])n_?(ist|act|mot)|606c|omega",
-    "torque": r"torque|moment|couple|coppia|(^|[^a-z])par([^a-z]|$)|(^|[^a-z])m_?(ist|act|mot)|6077|4602h:0c",
+    "torque": r"torque|moment|effort|couple|coppia|(^|[^a-z])par([^a-z]|$)|(^|[^a-z])m_?(ist|act|mot)|6077|4602h:0c",
     "reference": r"^reference",
 }
 _WORSE = {
@@ -37,27 +37,20 @@ USUAL = {"speed": "rpm", "torque": "N m", "temperature": "degC", "reference": "m
 """The unit that is proposed where the file states none."""
 
 _CLOCK = re.compile(
+    r"((utc|gmt|gps|local|plc|log|system|sampl(e|ing)|trace|rel(ative)?|abs(olute)?|elapsed|mess)[ _-]?)?"
     r"(_*(date|datum|day|tag)?[ _/-]?(time|zeit|uhrzeit)([ _]?stamps?)?|timestamps?|t|ts|elapsed|seconds|datetime"
-    r"|x_value"
+    r"|x_value|__index_level_0__|(gps[ _]?)?(i?tow|time of week|sow|seconds? of week)"
     r"|temps|heure|tiempo|hora|tempo|ora)([ _\[(].*)?",
+    re.IGNORECASE,
+)
+_WEEK = re.compile(r"(gps[ _-]?)?(week|wn|wno|woche)([ _-]?(no|number))?\.?([ _\[(].*)?", re.IGNORECASE)
+_ROW_NUMBER = re.compile(
+    r"(n[or]|num(ber)?|ind(ex|ice)|idx|sample(s| ?n[or]| ?num(ber)?| ?index)?|samples?|records?|rows?|points?|punkt|lfd"
+    r"\.? ?nr|#|n°|messpunkt|zeile)\.?",
     re.IGNORECASE,
 )
 _DATE = re.compile(r"(date|datum|day|tag|jour|fecha|data)([ _\[(].*)?", re.IGNORECASE)
 _HEADER_ROWS = 4  # names, and what may stand between them and the first row of numbers
-
-EPOCH = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-_YEARS_2000_TO_2100 = (946684800.0, 4102444800.0)
-
-
-def epoch_unit(first: float) -> str:
-    """The unit in which a number is a time since 1970, "" if it is none between 2000 and 2100.
-
-    Example:
-        >>> epoch_unit(1_763_700_000_000.0), epoch_unit(12.5)
-        ('ms', '')
-    """
-    earliest, latest = _YEARS_2000_TO_2100
-    return next((unit for unit, second in EPOCH.items() if earliest < first * second < latest), "")
 
 
 def guess_form(path: str | Path) -> CsvForm:
@@ -190,6 +183,26 @@ def guess_date(names: Sequence[str]) -> str | None:
         'Datum'
     """
     return next((name for name in names if _DATE.fullmatch(name)), None)
+
+
+def guess_week(names: Sequence[str]) -> str | None:
+    """The column that is the week, by its name, beside a time of the week.
+
+    Example:
+        >>> guess_week(["GPS week", "TOW [s]"]), guess_week(["Weekday"])
+        ('GPS week', None)
+    """
+    return next((name for name in names if _WEEK.fullmatch(name)), None)
+
+
+def is_row_number(name: str) -> bool:
+    """Whether a column numbers the rows, by its name.
+
+    Example:
+        >>> is_row_number("No."), is_row_number("Sample number"), is_row_number("n")
+        (True, True, False)
+    """
+    return _ROW_NUMBER.fullmatch(name.strip()) is not None
 
 
 def guess_roles(offered: Sequence[Offered]) -> dict[str, str]:

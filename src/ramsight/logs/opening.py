@@ -28,15 +28,15 @@ from ramsight.logs.channels import (
     column_of,
     is_command,
 )
+from ramsight.logs.clock_watch import ClockWatch, warn_of_watched
 from ramsight.logs.csv_table import check_columns
-from ramsight.logs.falls import Falls
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, Referenced, standard_map, to_si_of
 from ramsight.logs.next_step import inspect_command
 from ramsight.logs.resample import Resampler
-from ramsight.logs.source import Source
+from ramsight.logs.source import Source, TableSource
 from ramsight.logs.source_by_suffix import open_source
 from ramsight.logs.source_can import CanSource
 from ramsight.signals import Signal, Signals
@@ -54,6 +54,7 @@ COLDEST, HOTTEST = 213.15, 473.15
 _LISTED = 12  # identifiers that a message lists
 
 _NAMES = {"speed": MOTOR_SPEED.name, "torque": MOTOR_TORQUE.name, "temperature": OIL_TEMPERATURE.name}
+_DRIVEN = ("speed", "torque")
 _DRIVE = (MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE)
 
 
@@ -119,7 +120,8 @@ def open_signals(
         names = [one.name for one in source.offered()]
         _check_standard(source, names)
         known = standard_map(names)
-        source.clock = TIME
+        if isinstance(source, TableSource):
+            source.time = known.time
     pieces = _regular(_resampled(_columns(source, known), known, source.file), samples)
     oil = known.roles["temperature"].channel
     return _as_signals(pieces, source.file, oil, is_clock_watched=source.has_clock_watched)
@@ -127,7 +129,7 @@ def open_signals(
 
 def _check_standard(source: Source, names: list[str]) -> None:
     try:
-        clock = [] if not hasattr(source, "clock_unit") else [TIME]
+        clock = [TIME] if isinstance(source, TableSource) else []
         check_columns(names, [*clock, *(channel.column for channel in _DRIVE[:3])], source.file)
     except LogError as error:
         if isinstance(source, CanSource) or getattr(source, "has_frames", False):
@@ -202,8 +204,9 @@ def _columns(
     aligner = Aligner(base, holds, {name: one.mapped.hold for name, one in references.items()})
     constants = {_NAMES[role]: one.constant for role, one in known.roles.items() if not one.channel}
     least = {column_of(name): one.least for name, one in known.commands.items()}
-    count = 0
+    count, spans = 0, Spans()
     for block in blocks:
+        spans.take(block)
         aligned = aligner.push(block)
         count += len(aligned["time"])
         columns = {"time": aligned["time"]}
@@ -220,10 +223,38 @@ def _columns(
                 said = np.isfinite(aligned[name])
                 columns[REFERENCE.name][said] = aligned[name][said] * factor + offset
         yield columns
+    if count and (apart := spans.apart(_DRIVEN)):
+        raise LogError(f"has no samples{apart}", file=source.file)
     if not count:
         silent = [held[name][1].channel for name in aligner.silent]
-        what = f"has no samples of {', '.join(silent)}" if silent else "has no samples"
+        what = f"has no samples of {', '.join(silent)}" if silent else f"has no samples{spans.apart(_DRIVEN)}"
         raise LogError(f"{what}{_frames_missed(source, known)}", file=source.file)
+
+
+class Spans:
+    """From when to when the samples of each channel of a log go."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, tuple[float, float]] = {}
+
+    def take(self, block: Block) -> None:
+        """Take samples by channel."""
+        for name, samples in block.items():
+            times = samples.time[np.isfinite(samples.time)]
+            if times.size:
+                first, last = self._known.get(name, (np.inf, -np.inf))
+                self._known[name] = min(first, float(times.min())), max(last, float(times.max()))
+
+    def apart(self, names: tuple[str, str]) -> str:
+        """That two channels have no time in common, and what each has; "" if they have one."""
+        spans = [self._known.get(name) for name in names]
+        one, other = spans
+        if one is None or other is None or (one[0] <= other[1] and other[0] <= one[1]):
+            return ""
+        said = [
+            f"{name} from {span[0]:.9g} s to {span[1]:.9g} s" for name, span in zip(names, (one, other), strict=True)
+        ]
+        return f": the clocks do not meet: {', '.join(said)}"
 
 
 def _frames_missed(source: Source, known: ChannelMap) -> str:
@@ -336,7 +367,7 @@ def _regular(columns: Iterator[dict[str, Array]], samples: int) -> Iterator[dict
 def _as_signals(
     pieces: Iterator[dict[str, Array]], file: str, oil: str, *, is_clock_watched: bool
 ) -> Iterator[Signals]:
-    timed, clock = False, None if is_clock_watched else Falls(file)
+    timed, clock = False, None if is_clock_watched else ClockWatch()
     for number, columns in enumerate(pieces):
         if number == 0:
             check_temperature(columns[OIL_TEMPERATURE.name], file, oil)
@@ -355,7 +386,7 @@ def _as_signals(
     if not timed:
         raise LogError("has no time: not one sample has a number there", file=file)
     if clock is not None:
-        clock.warn()
+        warn_of_watched(file, [clock])
 
 
 def _commanded(columns: dict[str, Array]) -> list[Channel]:

@@ -10,7 +10,7 @@ from ramsight.logs.clock import Clock
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.guess import USUAL, is_share
 from ramsight.logs.inspect import Inspection
-from ramsight.logs.mapped import HOLD, Mapped
+from ramsight.logs.mapped import HOLD, Mapped, Timed
 from ramsight.logs.source_by_suffix import CAN
 from ramsight.logs.temperatures import celsius
 from ramsight.units import FREEZING
@@ -33,8 +33,8 @@ def map_text(found: Inspection, folder: Path | None = None) -> str:
         "# A value is sign * (scale * number + offset), in the unit; without them scale = 1 and offset = 0.",
         "",
     ]
-    if found.clock_found is not None:
-        lines += [_time_line(found.clock_found), ""]
+    if found.clock is not None:
+        lines += [_time_line(found.clock), ""]
     for role in ("speed", "torque", "temperature"):
         lines += [*_role_lines(found, role), ""]
     lines += _reference_lines(found)
@@ -45,12 +45,28 @@ def map_text(found: Inspection, folder: Path | None = None) -> str:
 
 
 def _time_line(clock: Clock) -> str:
-    if not clock.channel:
-        return 'time = { channel = "", unit = "s" }  # not found: name the column that is the clock, and its unit'
-    date = "" if clock.date is None else f", date = {_text(clock.date)}"
-    unit = "" if clock.is_stamp else f", unit = {_text(clock.unit)}"
-    note = f"  # {clock.to_check}" if clock.to_check else ""
-    return f"time = {{ channel = {_text(clock.channel)}{date}{unit} }}{note}"
+    timed = clock.timed
+    if not timed.channel and timed.period is None:
+        return (
+            'time = { channel = "", unit = "s" }  # not found: name the column that is the clock, and its unit;'
+            ' or how far rows are apart: time = { period = "20 ms" }'
+        )
+    said = [f"{key} = {_text(value)}" for key, value in _columns(timed) if value]
+    if timed.period is not None:
+        said.append(f'period = "{1e3 * timed.period:.12g} ms"')
+    elif clock.is_asked and not clock.evidence:
+        return f'# time = {{ {", ".join(said)}, period = "20 ms" }}  # needed: how far rows are apart; it numbers them'
+    elif clock.is_asked:
+        return f"# time = {{ {', '.join(said)}, unit = ... }}  # needed: {clock.evidence}"
+    elif not clock.is_stamp:
+        said.append(f"unit = {_text(timed.unit or 's')}")
+    if (timed.sign, timed.scale, timed.offset) != (1.0, 1.0, 0.0):
+        said += [f"sign = {timed.sign:g}", f"scale = {timed.scale!r}", f"offset = {timed.offset!r}"]
+    return f"time = {{ {', '.join(said)} }}" + (f"  # {clock.evidence}" if clock.evidence else "")
+
+
+def _columns(timed: Timed) -> tuple[tuple[str, str | None], ...]:
+    return ("channel", timed.channel), ("date", timed.date), ("week", timed.week)
 
 
 def _role_lines(found: Inspection, role: str) -> list[str]:

@@ -44,8 +44,6 @@ class XlsxSource(CsvSource):
             super().__init__(text, known, advance)
         except LogError as error:
             raise LogError(str(error).partition(": ")[2], file=file, line=error.line, column=error.column) from None
-        if file_map is None:
-            self.clock = None
         self.path, self.file, self.table.file = Path(path), file, file
 
 
