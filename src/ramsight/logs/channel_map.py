@@ -245,7 +245,7 @@ def _roles(keys: Keys, file: str) -> tuple[dict[str, Mapped], Counted | None, Mo
     passed = {"speed": angle, "torque": motor}
     for role in ROLES:
         part = keys.table(role)
-        if part is not None and passed.get(role) is not None:
+        if part is not None and passed.get(role) is not None and role != "speed":
             other = next(name for name, instead in INSTEAD.items() if instead == role)
             raise keys.wrong(role, f"and [{other}] are two for one", "one of the two")
         if part is None and passed.get(role) is None:
@@ -254,17 +254,27 @@ def _roles(keys: Keys, file: str) -> tuple[dict[str, Mapped], Counted | None, Mo
             roles[role] = _mapped(part, role)
     counted = stands_for = None
     if angle is not None:
-        counted, roles["speed"] = _counted(angle)
+        counted, roles["speed"] = _counted(angle, roles.get("speed"))
     if motor is not None:
         stands_for, roles["torque"] = _motor(motor)
     return roles, counted, stands_for
 
 
-def _counted(keys: Keys) -> tuple[Counted, Mapped]:
+def _counted(keys: Keys, speed: Mapped | None) -> tuple[Counted, Mapped]:
+    """How an angle counts, with the speed beside it if there is one, and its channel."""
     per_turn = keys.take("per_turn", (int, float), None)
     if per_turn is None or per_turn <= 0:
         raise keys.wrong("per_turn", "the numbers of a turn are needed", "4096, 360, ...")
-    return Counted(float(per_turn)), replace(_mapped(keys, "angle"), unit="rad/s")
+    modulus = keys.take("modulus", (int, float, str), None)
+    if isinstance(modulus, str) and modulus != "never":
+        raise keys.wrong("modulus", "is no number", 'numbers until it begins again, or "never"')
+    if isinstance(modulus, (int, float)) and modulus < 3:
+        raise keys.wrong("modulus", "is too small to say which way it counts", '3 or more, or "never"')
+    begins = math.inf if modulus == "never" else None if modulus is None else float(modulus)
+    fastest = keys.quantity("fastest", "rad/s")
+    if fastest is not None and fastest <= 0.0:
+        raise keys.wrong("fastest", "is no speed of a shaft that turns", '"1500 1/min" and such')
+    return Counted(float(per_turn), begins, fastest, speed), replace(_mapped(keys, "angle"), unit="rad/s")
 
 
 def _motor(keys: Keys) -> tuple[Motor, Mapped]:

@@ -124,22 +124,17 @@ class Counted:
     """A shaft's angle in place of its speed.
 
     Args:
-        per_turn: numbers a turn, after scale and offset; the angle starts again after each.
+        per_turn: numbers a turn, after scale and offset.
+        modulus: numbers until it begins again, after scale and offset; infinity if it never does, None if that is to be
+            seen from the numbers.
+        fastest: that the shaft turns [rad/s]; None where the map states none.
+        speed: a channel of the speed beside it, which says which turn it was; None without one.
     """
 
     per_turn: float
-
-    def radians(self, numbers: NDArray[np.float64], last: float) -> NDArray[np.float64]:
-        """Angle without jumps [rad], from numbers of which the one before them was `last`, NaN if there was none.
-
-        Example:
-            >>> Counted(4096).radians(np.array([4000.0, 100.0]), math.nan).round(3).tolist()
-            [6.136, 6.437]
-        """
-        before = numbers[:1] if math.isnan(last) else np.array([last])
-        steps = np.diff(np.concatenate([before, numbers]))
-        steps -= self.per_turn * np.round(steps / self.per_turn)
-        return np.asarray((before[0] + np.cumsum(steps)) * (2.0 * math.pi / self.per_turn))
+    modulus: float | None = None
+    fastest: float | None = None
+    speed: Mapped | None = None
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ from ramsight.logs.channels import (
     is_command,
 )
 from ramsight.logs.clock_watch import ClockWatch, warn_of_watched
+from ramsight.logs.counter import BESIDE, Unwrapped
 from ramsight.logs.csv_table import check_columns
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.frames_by_suffix import open_frames
@@ -122,7 +123,7 @@ def open_signals(
         known = standard_map(names)
         if isinstance(source, TableSource):
             source.time = known.time
-    pieces = _regular(_resampled(_columns(source, known), known, source.file), samples)
+    pieces = _regular(_pieces(source, known), samples)
     oil = known.roles["temperature"].channel
     return _as_signals(pieces, source.file, oil, is_clock_watched=source.has_clock_watched)
 
@@ -178,7 +179,7 @@ def measured_signals(
     if not known.measured:
         raise DescriptionError("names nothing measured", file=known.file, key="measured", allowed=", ".join(MEASURED))
     source = open_source(path, known, advance)
-    pieces = list(_resampled(_columns(source, known, known.measured), known, source.file))
+    pieces = list(_pieces(source, known, known.measured))
     columns = {name: np.concatenate([piece[name] for piece in pieces]) for name in ("time", *known.measured)}
     if known.curve is not None and POSITION.name in columns:
         columns[POSITION.name] = known.curve.position(columns[POSITION.name])
@@ -186,11 +187,31 @@ def measured_signals(
     return as_signals(columns | {TIME: columns["time"]}, channels)
 
 
-def _columns(
+def _pieces(
     source: Source, known: ChannelMap, measured: Mapping[str, Mapped] | None = None
 ) -> Iterator[dict[str, Array]]:
+    """Columns of the log in SI, at the map's period if it has one; with what was measured only if it is asked for."""
+    unwrapped, counted = None, known.angle
+    if counted is not None:
+        beside = None if counted.speed is None else _converter(source, known, counted.speed, "speed")
+        unwrapped = Unwrapped(source.file, known.roles["speed"].channel, counted, known.roles["speed"].scale, beside)
+    columns = _columns(source, known, measured or {}, unwrapped)
+    if known.period is None:
+        yield from columns
+        return
+    commands = frozenset(column_of(name) for name in known.commands)
+    resampler = Resampler(known.period, source.file, None if unwrapped is None else unwrapped.unknown, commands)
+    for block in columns:
+        made = resampler.push(block)
+        if len(made["time"]):
+            yield made
+
+
+def _columns(
+    source: Source, known: ChannelMap, measured: Mapping[str, Mapped], unwrapped: Unwrapped | None
+) -> Iterator[dict[str, Array]]:
     """Columns of the log in SI, of any length each; with what was measured only if it is asked for."""
-    held = _held_channels(known, measured or {})
+    held = _held_channels(known, measured)
     to_si = {name: _converter(source, known, one, role) for name, (role, one) in held.items()}
     references = {f"reference {k}": one for k, one in enumerate(known.references)}
     reference_si = {
@@ -198,7 +219,14 @@ def _columns(
         for name, one in references.items()
     }
     switches = {name: Switch(one.position, one.edge) for name, one in references.items() if one.position is not None}
-    blocks = _by_name(source, {name: one for name, (_, one) in held.items()}, references, switches)
+    named = {name: one for name, (_, one) in held.items()}
+    if unwrapped is not None and unwrapped.counted.speed is not None:
+        named[BESIDE] = unwrapped.counted.speed
+    blocks = _by_name(source, named, references, switches)
+    if unwrapped is not None:
+        factor, offset = to_si.pop("speed")
+        blocks = unwrapped.over(blocks, factor, offset)
+        to_si["speed"] = (1.0, 0.0)
     blocks, base = _with_base(blocks, known.base)
     holds = {name: one.hold for name, (_, one) in held.items()}
     aligner = Aligner(base, holds, {name: one.mapped.hold for name, one in references.items()})
@@ -291,18 +319,6 @@ def _held_channels(known: ChannelMap, measured: Mapping[str, Mapped]) -> dict[st
 def _given(values: Array, least: float) -> Array:
     """Commands that are none are left to whoever holds the last one."""
     return np.asarray(np.where(np.abs(values) < least, np.nan, values))
-
-
-def _resampled(columns: Iterator[dict[str, Array]], known: ChannelMap, file: str) -> Iterator[dict[str, Array]]:
-    """The columns at the map's period, if it has one."""
-    if known.period is None:
-        yield from columns
-        return
-    resampler = Resampler(known.period, file, known.angle, frozenset(column_of(name) for name in known.commands))
-    for block in columns:
-        made = resampler.push(block)
-        if len(made["time"]):
-            yield made
 
 
 def _converter(source: Source, known: ChannelMap, one: Mapped, role: str) -> tuple[float, float]:
