@@ -146,7 +146,8 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     named = can.take("dbc", (str, list), [])
     dbc = tuple(folder / str(name) for name in ([named] if isinstance(named, str) else named))
     pdos = tuple(_pdo(part) for part in can.tables("pdo"))
-    bus, j1939, sources = can.take("bus", int, None), can.flag("j1939"), _sources(can)
+    bus, j1939 = can.take("bus", int, None), can.flag("j1939")
+    sources, destinations = _addresses(can, "source"), _addresses(can, "destination")
     can.end()
     commands = _commands(keys.table("command"))
     measured, linearity, curve = _measured(keys.table("measured"))
@@ -158,7 +159,7 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     return ChannelMap(
         file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, angle, motor, commands, further,
         measured, linked, USUAL_PERIOD if angle is not None and period is None else period, linearity, curve,
-        sources, j1939, sequence, state,
+        sources, destinations, j1939, sequence, state,
     )  # fmt: skip
 
 
@@ -397,11 +398,11 @@ def _form(keys: Keys) -> CsvForm:
     return CsvForm(line, separator, encoding, first, decimal)
 
 
-def _sources(keys: Keys) -> tuple[int, ...]:
-    given = keys.take("source", (int, list), [])
+def _addresses(keys: Keys, key: str) -> tuple[int, ...]:
+    given = keys.take(key, (int, list), [])
     listed = given if isinstance(given, list) else [given]
     if not all(isinstance(one, int) and 0 <= one <= LARGEST_ADDRESS for one in listed):
-        raise keys.wrong("source", "is no J1939 address", f"0 to {LARGEST_ADDRESS}, or a list of them; 0x27 is one")
+        raise keys.wrong(key, "is no J1939 address", f"0 to {LARGEST_ADDRESS}, or a list of them; 0x27 is one")
     return tuple(listed)
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.logs.clock_units import is_time, unit_of, usual_step
+from ramsight.logs.column_names import guess_clock, guess_date, guess_week, is_row_number
 from ramsight.logs.digits import decimal
-from ramsight.logs.guess import guess_clock, guess_date, guess_week, is_row_number
 from ramsight.logs.mapped import ChannelMap, Timed
 from ramsight.logs.source import TableSource
 

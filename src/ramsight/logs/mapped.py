@@ -228,6 +228,7 @@ class ChannelMap:
         pdos: CANopen mappings that do.
         bus: the CAN channel to read; None reads all.
         sources: J1939 addresses whose frames are read; none reads those of all.
+        destinations: J1939 addresses to which frames are read, of groups that go to one; none reads those to all.
         j1939: whether extended identifiers of DBC files are J1939 groups; None goes by the file.
         angle: how the channel of the role ``speed`` counts, where it is an angle.
         motor: what the channel of the role ``torque`` is, where it is a current.
@@ -262,6 +263,7 @@ class ChannelMap:
     linearity: float = 0.0
     curve: SensorCurve | None = None
     sources: tuple[int, ...] = ()
+    destinations: tuple[int, ...] = ()
     j1939: bool | None = None
     sequence: Sequence | None = None
     state: str | None = None

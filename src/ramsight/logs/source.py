@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 
 from ramsight.errors import LogError, UnknownNameError
 from ramsight.logs.align import Block, Samples
+from ramsight.logs.column_names import is_series_name, is_value_name
 from ramsight.logs.digits import is_digits
-from ramsight.logs.lines import Advance, file_name
+from ramsight.logs.lines import Advance, file_name, printable
 from ramsight.logs.mapped import ChannelMap, Timed
 from ramsight.logs.row_clock import RowClock, Rows, turned
 from ramsight.optional import imported
 
+_MOST_SERIES = 100  # texts of a column that are looked at
+_LISTED = 6
 _IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
 _ENDINGS = {
     "rpm": "rpm", "nm": "N m", "c": "degC", "degc": "degC", "k": "K", "s": "s", "ms": "ms", "us": "us", "m": "m",
@@ -136,6 +139,26 @@ class TableSource(Source):
         """The lines of text before the table."""
         return []
 
+    def texts(self, name: str, most: int) -> list[str]:
+        """The different texts in a column, some of them where there are more; read apart from the rows."""
+        return []
+
+    def check_wide(self) -> None:
+        """Refuse a table with a row for each value of a series, where a column each is needed."""
+        names = [one.name for one in self.offered()]
+        if not any(is_value_name(name) for name in names):
+            return
+        for name in filter(is_series_name, names):
+            series = self.texts(name, _MOST_SERIES)
+            if len(series) > 1:
+                listed = ", ".join(map(printable, series[:_LISTED]))
+                raise LogError(
+                    f"there is a row for each value of a series ({listed}), one below the other: write a column for"
+                    " each series, over one clock",
+                    file=self.file,
+                    column=name,
+                )
+
     def check_one_clock(self) -> None:
         """Refuse a table in which columns have clocks of their own; by the look of its first rows."""
 
@@ -159,6 +182,7 @@ class TableSource(Source):
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
         """The rows, some at a time, over the seconds of their clock; all at once where the newest is first."""
         self.check_one_clock()
+        self.check_wide()
         clock = self.row_clock()
         self.check(channels)
         wanted = list(dict.fromkeys([*clock.numbers, *channels]))

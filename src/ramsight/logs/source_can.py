@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import DescriptionError, LogError, UnknownNameError
+from ramsight.errors import DescriptionError, LogError, UnknownNameError, warn_of_log
 from ramsight.logs.align import Block, Samples
 from ramsight.logs.arrival import OUT_OF_ORDER
-from ramsight.logs.can_dbc import dbc_fields, j1939_group, source_address
+from ramsight.logs.can_dbc import dbc_fields, destination_address, j1939_group, source_address
 from ramsight.logs.can_field import Field
 from ramsight.logs.can_origins import Origins
 from ramsight.logs.can_pdo import pdo_fields
@@ -27,6 +27,7 @@ from ramsight.logs.source import Offered, Source
 
 _AT_ONCE = 1 << 15  # frames that are wanted
 _WIDEST = 64
+_LISTED = 6  # identifiers in a message
 
 
 @dataclass
@@ -64,6 +65,7 @@ class CanSource(Source):
             )  # fmt: skip
         self._bus = None if file_map is None else file_map.bus
         self._sources = frozenset(() if file_map is None else file_map.sources)
+        self._destinations = frozenset(() if file_map is None else file_map.destinations)
         self.origins = Origins(self.file)
         self.wanted: frozenset[int] = frozenset()
         self._exact: dict[int, list[Field]] = {}
@@ -135,6 +137,7 @@ class CanSource(Source):
         counted: dict[int, list[int]] = {}
         clocks: dict[int, ClockWatch] = {}
         leaps: list[tuple[float, float]] = []
+        long: set[int] = set()
         last = math.nan
         for time, key, bus, data in open_frames(self.path, self.advance):
             number += 1
@@ -154,14 +157,18 @@ class CanSource(Source):
             identifier = key
             if key not in exact and key & ~EXTENDED in exact:  # of eight digits in the log, and yet of 11 bits
                 key = key & ~EXTENDED
+                long.add(key)
             if key not in exact:
                 key = j1939_group(key & ~EXTENDED) if groups and key & EXTENDED else -1
                 if key not in groups:
                     continue
-                if self._sources and source_address(identifier) not in self._sources:
-                    self.origins.pass_over(key, source_address(identifier))
+                source, to = source_address(identifier), destination_address(identifier)
+                if self._sources and source not in self._sources:
+                    self.origins.pass_over(key, source)
                     continue
-                self.origins.take(key, bus, source_address(identifier))
+                if self._destinations and to is not None and to not in self._destinations:
+                    continue
+                self.origins.take(key, bus, source, to)
             else:
                 self.origins.take(key, bus, None)
             frames = found.get(key)
@@ -174,6 +181,10 @@ class CanSource(Source):
             if waiting >= _AT_ONCE:
                 yield found
                 found, waiting = {}, 0
+        if long:
+            listed = ", ".join(f"{key:X}h" for key in sorted(long)[:_LISTED])
+            text = f"frames {listed} have identifiers of 29 bits here, and 11 in the map: they are taken for the same"
+            warn_of_log(text, file=self.file)
         warn_of_watched(self.file, clocks.values(), leaps)
         self.seen = {key: (count, longest) for key, (count, longest) in sorted(counted.items())}
         if found:

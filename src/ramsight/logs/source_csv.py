@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ramsight.errors import DescriptionError, LogError
 from ramsight.logs.clock_units import second_of
 from ramsight.logs.csv_table import CsvTable
-from ramsight.logs.lines import Advance
+from ramsight.logs.header import split
+from ramsight.logs.lines import Advance, line_blocks
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.row_clock import Rows
 from ramsight.logs.rows import MISSING, number_of
@@ -28,6 +29,7 @@ class CsvSource(TableSource):
 
     def __init__(self, path: str | Path, file_map: ChannelMap | None, advance: Advance | None = None) -> None:
         super().__init__(path, file_map, advance)
+        self.table_path = Path(path)
         self.table = CsvTable(path, None if file_map is None else file_map.form, advance=advance)
 
     def offered(self) -> list[Offered]:
@@ -103,6 +105,22 @@ class CsvSource(TableSource):
     def first_numbers(self, name: str) -> NDArray[np.float64]:
         """The numbers in the first rows of a column, NaN where there is none; looked at before `rows`."""
         return self._first_times(self.table.places[name][0], "s")
+
+    def texts(self, name: str, most: int) -> list[str]:
+        """The different texts in a column, in their order; in a pass of its own over the file."""
+        place, found = self.table.places[name][0], dict[str, None]()
+        if not self._note(place).startswith("text"):
+            return []
+        lines = self.table.first_row - 1
+        for block in line_blocks(self.table_path, encoding=self.table.encoding):
+            for text in block.decode("utf-8").removesuffix("\n").split("\n")[lines:]:
+                cells = split(text, self.table.separator)
+                if len(cells) == len(self.table.names) and cells[place].strip():
+                    found[cells[place].strip()] = None
+            if len(found) > most:
+                break
+            lines = 0
+        return list(found)
 
     @property
     def head(self) -> list[str]:

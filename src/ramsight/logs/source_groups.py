@@ -17,7 +17,7 @@ from ramsight.logs.align import Block, Samples
 from ramsight.logs.arrival import arrivals
 from ramsight.logs.clock_units import is_falling, is_time
 from ramsight.logs.clock_watch import warn_of_clocks
-from ramsight.logs.guess import guess_clock
+from ramsight.logs.column_names import guess_clock
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import ChannelMap, Timed
 from ramsight.logs.row_clock import whole_clock

@@ -82,6 +82,22 @@ class ParquetSource(TableSource):
         is_local = self._arrow.types.is_timestamp(kind) and kind.tz is None
         return "1970-01-01 00:00:00" if is_local else "1970-01-01 00:00:00Z"
 
+    def texts(self, name: str, most: int) -> list[str]:
+        """The different texts in a column, in their order."""
+        if self._kind(self._schema.field(name).type) != "text" and not self._arrow.types.is_dictionary(
+            self._schema.field(name).type
+        ):
+            return []
+        found = dict[str, None]()
+        try:
+            for batch in self._opened.iter_batches(batch_size=_ROWS, columns=[name], use_threads=False):
+                found |= dict.fromkeys(str(one) for one in batch.column(0).unique().to_pylist() if one is not None)
+                if len(found) > most:
+                    break
+        except (self._arrow.ArrowException, OSError, ValueError, OverflowError, MemoryError):
+            return []  # `rows` says it
+        return list(found)
+
     def first_stamps(self, names: Sequence[str]) -> NDArray[np.float64]:
         """The times in the first rows of a column of time stamps [s]."""
         column = self._first(names[-1])

@@ -14,7 +14,7 @@ import numpy as np
 
 from ramsight.constant import Constant
 from ramsight.errors import LogError, warn_of_log
-from ramsight.logs.guess import guess_clock
+from ramsight.logs.column_names import guess_clock
 from ramsight.logs.lines import check_file, first_line
 from ramsight.logs.packed import opened
 from ramsight.logs.source import needs

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ramsight.constant import Constant
 from ramsight.logs.clock_units import is_time
-from ramsight.logs.guess import guess_clock
+from ramsight.logs.column_names import guess_clock
 
 APART = Constant(0.02, "1", "of the time that passed: two clocks of one recorder differ by less, two rates by more")
 _NUMBER = re.compile(r"[ ._#-]*\(?[0-9]*\)?(?=\s*(?:[\[(].*)?$)")
