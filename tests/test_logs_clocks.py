@@ -316,7 +316,8 @@ def test_a_unit_that_numbers_leave_open_is_asked_for(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("head", "period"), [("Sampling time: 20 ms", "20 ms"), ("Abtastrate;50 Hz", "20 ms"), ("", "")]
+    ("head", "period"),
+    [("Sampling time: 20 ms", "20 ms"), ("Abtastrate;50 Hz", "20 ms"), ("Sampling rate [Hz],50", "20 ms"), ("", "")],
 )
 def test_rows_that_are_numbered_have_the_period_of_the_head_or_ask_for_it(tmp_path, head, period):
     table(tmp_path / "log.csv", {"No.": np.arange(N)})

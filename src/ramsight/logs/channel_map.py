@@ -16,6 +16,7 @@ from ramsight import bounded_toml
 from ramsight.errors import DescriptionError
 from ramsight.logs.channels import DC_POWER, POSITION
 from ramsight.logs.clock_units import is_time
+from ramsight.logs.drive_maps import FOLDER, catalogued
 from ramsight.logs.header import SEPARATORS, CsvForm
 from ramsight.logs.lines import file_name
 from ramsight.logs.map_keys import Keys
@@ -74,7 +75,7 @@ def known_map(channel_map: AnyMap | None) -> ChannelMap | None: ...
 
 
 def known_map(channel_map: AnyMap | None) -> ChannelMap | None:
-    """A channel map as it is passed to a function: a map, the file of one, or none.
+    """A channel map as it is passed to a function: a map, the file of one, a name of the catalogue, or none.
 
     Args:
         channel_map: as it was passed.
@@ -83,17 +84,19 @@ def known_map(channel_map: AnyMap | None) -> ChannelMap | None:
         DescriptionError: it is none of these, or the file cannot be read.
     """
     if isinstance(channel_map, str | Path):
-        return load_map(channel_map)
+        of_catalogue = catalogued(channel_map)
+        return load_map(channel_map) if of_catalogue is None else load_map(of_catalogue, is_whole=False)
     if channel_map is None or isinstance(channel_map, ChannelMap):
         return channel_map
     raise DescriptionError("is no channel map", key="channel_map", value=channel_map, allowed="a TOML file, or a map")
 
 
-def load_map(path: str | Path) -> ChannelMap:
+def load_map(path: str | Path, *, is_whole: bool = True) -> ChannelMap:
     r"""A channel map from its TOML file.
 
     Args:
         path: the file.
+        is_whole: whether it has to state speed, torque and oil temperature; a map of the catalogue knows no oil.
 
     Raises:
         DescriptionError: it cannot be read, or states what cannot be; names file, key, value and what is allowed.
@@ -123,14 +126,31 @@ def load_map(path: str | Path) -> ChannelMap:
         text = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
         said = text if isinstance(error, OSError) else f"is no TOML file: {text}"
         raise DescriptionError(said, file=file) from None
-    return _read_map(Keys(table, file), Path(path).parent, file)
+    return _read_map(Keys(table, file), Path(path).parent, file, is_whole=is_whole)
 
 
-def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
+def check_whole(known: ChannelMap) -> None:
+    """Refuse a map that lacks a role, as those of the catalogue lack the oil.
+
+    Raises:
+        DescriptionError: names the table that is missing.
+    """
+    for role in ROLES:
+        if role not in known.roles:
+            raise DescriptionError(f"has no [{role}]; {_WHERE.get(role, _PROPOSED)}", file=known.file)
+
+
+def _read_map(keys: Keys, folder: Path, file: str, *, is_whole: bool) -> ChannelMap:
     if keys.take("format", int, 1) != 1:
         raise keys.wrong("format", "is of a later ramsight", "1")
     clock = _timed(keys.table("time"))
-    roles, angle, motor = _roles(keys, file)
+    drive = keys.table("drive")
+    if drive is not None:
+        for key in ("title", "source", "tried"):
+            drive.take(key, str, None)
+        drive.take("columns", list, [])
+        drive.end()
+    roles, angle, motor = _roles(keys, file, is_whole=is_whole)
     if not (roles["speed"].channel and roles["torque"].channel):
         raise DescriptionError("speed and torque need a channel, a constant is none", file=file)
     references = tuple(_referenced(part) for part in keys.tables("reference"))
@@ -144,7 +164,7 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     form = _form(keys.table("csv") or Keys({}, file))
     can = keys.table("can") or Keys({}, file)
     named = can.take("dbc", (str, list), [])
-    dbc = tuple(folder / str(name) for name in ([named] if isinstance(named, str) else named))
+    dbc = tuple(_dbc(folder, str(name)) for name in ([named] if isinstance(named, str) else named))
     pdos = tuple(_pdo(part) for part in can.tables("pdo"))
     bus, j1939 = can.take("bus", int, None), can.flag("j1939")
     sources, destinations = _addresses(can, "source"), _addresses(can, "destination")
@@ -161,6 +181,11 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
         measured, linked, USUAL_PERIOD if angle is not None and period is None else period, linearity, curve,
         sources, destinations, j1939, sequence, state,
     )  # fmt: skip
+
+
+def _dbc(folder: Path, name: str) -> Path:
+    """A DBC file beside the map, or that of the catalogue by its name."""
+    return FOLDER / name if not (folder / name).exists() and (FOLDER / name).exists() else folder / name
 
 
 def _timed(keys: Keys | None) -> Timed | None:
@@ -239,7 +264,7 @@ def _linked(keys: Keys, further: Mapping[str, Mapped]) -> dict[str, Mapped]:
     return found
 
 
-def _roles(keys: Keys, file: str) -> tuple[dict[str, Mapped], Counted | None, Motor | None]:
+def _roles(keys: Keys, file: str, *, is_whole: bool) -> tuple[dict[str, Mapped], Counted | None, Motor | None]:
     """The channels of speed, torque and temperature, and what stands in the place of the first two."""
     roles: dict[str, Mapped] = {}
     angle, motor = keys.table("angle"), keys.table("current")
@@ -249,7 +274,7 @@ def _roles(keys: Keys, file: str) -> tuple[dict[str, Mapped], Counted | None, Mo
         if part is not None and passed.get(role) is not None and role != "speed":
             other = next(name for name, instead in INSTEAD.items() if instead == role)
             raise keys.wrong(role, f"and [{other}] are two for one", "one of the two")
-        if part is None and passed.get(role) is None:
+        if part is None and passed.get(role) is None and is_whole:
             raise DescriptionError(f"has no [{role}]; {_WHERE.get(role, _PROPOSED)}", file=file)
         if part is not None:
             roles[role] = _mapped(part, role)

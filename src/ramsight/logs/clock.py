@@ -14,10 +14,11 @@ from ramsight.logs.digits import decimal
 from ramsight.logs.mapped import ChannelMap, Timed
 from ramsight.logs.source import TableSource
 
-_STATED = re.compile(
-    r"(?:sampl|abtast|interval|period|zyklus|cycle|takt|raster|tick|increment|resolution|delta|[^a-z]rate|frequen)"
-    r"[^0-9]*?([0-9]+(?:[.,][0-9]+)?)[^0-9a-zµ]{0,4}(ns|us|µs|ms|s|hz|khz)\b",
-    re.IGNORECASE,
+_STEP = r"(?:sampl|abtast|interval|period|zyklus|cycle|takt|raster|tick|increment|resolution|delta|[^a-z]rate|frequen)"
+_NUMBER, _UNIT = r"(?P<number>[0-9]+(?:[.,][0-9]+)?)", r"(?P<unit>ns|us|µs|ms|s|hz|khz)"
+_STATED = (
+    re.compile(rf"{_STEP}[^0-9]*?{_NUMBER}[^0-9a-zµ]{{0,4}}{_UNIT}\b", re.IGNORECASE),
+    re.compile(rf"{_STEP}[^0-9]*?[\[(]{_UNIT}[\])][^0-9a-z]{{0,6}}{_NUMBER}", re.IGNORECASE),
 )
 
 
@@ -104,8 +105,8 @@ def _of_rows(source: TableSource, names: list[str]) -> Clock:
 def _period_in(head: list[str]) -> tuple[float | None, int]:
     """The period that lines before the header state [s], and the line; the first that names one."""
     for number, line in enumerate(head, start=1):
-        if match := _STATED.search(line):
-            value, unit = decimal(match[1].replace(",", ".")), match[2].lower()
+        if match := next((found for one in _STATED if (found := one.search(line))), None):
+            value, unit = decimal(match["number"].replace(",", ".")), match["unit"].lower()
             second = {"ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0}.get(unit)
             if value > 0.0:
                 return value * second if second else 1.0 / (value * (1e3 if unit == "khz" else 1.0)), number

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ramsight.constant import Constant
 from ramsight.errors import DescriptionError
+from ramsight.logs.digits import is_digits
 from ramsight.units import parse
 
 DAY = 86400.0  # s
@@ -70,7 +71,7 @@ def second_of(unit: str) -> float:
         (0.001, 1e-07)
     """
     text = unit.strip()
-    return parse(text if text[:1].isdigit() else f"1 {text}", "s")
+    return parse(text if is_digits(text[:1]) else f"1 {text}", "s")
 
 
 def is_time(unit: str) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ramsight.errors import DescriptionError, LogError
-from ramsight.logs.digits import decimal
+from ramsight.logs.digits import decimal, is_digits
 from ramsight.logs.header import NEVER_FILLED, SEPARATORS, CsvForm, separator_of, split, units_row, whole_lines
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.source import Offered
@@ -144,7 +144,7 @@ def _rows_between(lines: Sequence[str], separator: str) -> int | None:
 
 def _numbers_channels(names: Sequence[str], below: Sequence[str], separator: str) -> bool:
     """Whether a header numbers the channels behind its first name, and a row of units is below: an oscilloscope's."""
-    are_numbers = not _is_value(names[0]) and all(name.isdigit() or not name for name in names[1:])
+    are_numbers = not _is_value(names[0]) and all(is_digits(name) or not name for name in names[1:])
     return are_numbers and bool(below) and units_row(below[0], separator) is not None
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.logs.align import Aligner, Array, Block, Switch
 from ramsight.logs.can_dbc import j1939_group
-from ramsight.logs.channel_map import known_map
+from ramsight.logs.channel_map import check_whole, known_map
 from ramsight.logs.channels import (
     DC_CURRENT,
     DC_POWER,
@@ -116,6 +116,8 @@ def open_signals(
 ) -> Iterator[Signals]:
     """The same pieces as columns; arguments and errors as `open_log`."""
     known = known_map(channel_map)
+    if known is not None:
+        check_whole(known)
     source = open_source(path, known, advance)
     if known is None:
         names = [one.name for one in source.offered()]

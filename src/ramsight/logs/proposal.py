@@ -9,6 +9,7 @@ from pathlib import Path
 from ramsight.logs.can_origins import Origins
 from ramsight.logs.channel_map import LONGEST
 from ramsight.logs.clock import Clock
+from ramsight.logs.drive_maps import FOLDER, known_by, recognised
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.guess import USUAL, is_share
 from ramsight.logs.inspect import Channel, Inspection
@@ -38,6 +39,12 @@ def map_text(found: Inspection, folder: Path | None = None) -> str:
         "# A value is sign * (scale * number + offset), in the unit; without them scale = 1 and offset = 0.",
         "",
     ]
+    if not found.known.roles:
+        names = [*(one.name for one in found.channels), *(() if found.clock is None else found.clock.timed.columns)]
+        lines[2:2] = [
+            f"# {known_by(one)}: perhaps a {one.title}; logs inspect --map {one.name} tries it"
+            for one in recognised(found.frames, names)
+        ]
     if found.clock is not None:
         lines += [_time_line(found.clock), ""]
     for role in ("speed", "torque", "temperature"):
@@ -199,7 +206,10 @@ def _can_lines(found: Inspection, folder: Path | None) -> list[str]:
             '# objects = ["606Ch", "6077h"]  # mapped one after the other',
         ]
     lines = ["[can]"]
-    names = [Path(os.path.relpath(path, folder or Path())).as_posix() for path in known.dbc]
+    names = [
+        path.name if path.parent == FOLDER else Path(os.path.relpath(path, folder or Path())).as_posix()
+        for path in known.dbc
+    ]
     if names:
         lines.append(f"dbc = {_text(names[0]) if len(names) == 1 else '[' + ', '.join(map(_text, names)) + ']'}")
     lines += _origin_lines(found)
