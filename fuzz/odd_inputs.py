@@ -200,7 +200,7 @@ def _check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
 
     from ramsight.errors import LogWarning, RamsightError
     from ramsight.logs import open_log
-    from ramsight.logs.falls import OUT_OF_ORDER
+    from ramsight.logs.arrival import OUT_OF_ORDER
     from ramsight.logs.inspect import inspect_log
     from ramsight.logs.proposal import map_text
     from ramsight.logs.shown import inspection_table

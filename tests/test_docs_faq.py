@@ -55,7 +55,8 @@ def test_every_check_of_a_commissioning_has_its_row():
 
 
 def test_the_warnings_are_worded_as_in_the_code():
-    files = ("tracking/plausible.py", "tracking/mistakes.py", "logs/falls.py")
+    logs = ("clock_watch", "clock_going", "row_clock", "counter")
+    files = ("tracking/plausible.py", "tracking/mistakes.py", *(f"logs/{name}.py" for name in logs))
     code = "".join((SOURCE / file).read_text(encoding="utf-8") for file in files)
     warnings = [row.strip("*") for row in rows("Warnings about a log")[1:]]
     assert len(warnings) > 10

@@ -426,6 +426,39 @@ def test_calls_out_of_their_order_are_errors(instances, what, fmi):
     one.step(0.0, 0.02)
 
 
+@pytest.mark.parametrize(("what", "fmi"), WRITTEN)
+def test_a_step_past_the_stop_time_is_an_error(instances, what, fmi):
+    from fmpy.fmi1 import FMICallException
+
+    one = instances(what, fmi)
+
+    def begin(**times):
+        if fmi == 2:
+            one.fmu.setupExperiment(startTime=0.0, **times)
+            one.fmu.enterInitializationMode()
+        else:
+            one.fmu.enterInitializationMode(startTime=0.0, **times)
+        one.fmu.exitInitializationMode()
+
+    begin(stopTime=1.0)
+    for k in range(50):  # 0.02 is no binary fraction, and the sum of steps may pass 1 by rounding
+        one.step(k * 0.02, 0.02)
+    before = outputs(one)
+    for time, step in ((1.0, 0.5), (1.0, 1e-6), (0.5, 0.6)):
+        with pytest.raises(FMICallException):
+            one.step(time, step)
+        if fmi == 3:
+            assert "the step ends after the stop time" in one.said[-1]
+    assert outputs(one) == pytest.approx(before, nan_ok=True)
+    one.fmu.reset()
+    begin()
+    one.step(0.0, 0.02)
+    one.step(0.02, 2.0)
+    one.fmu.reset()
+    with pytest.raises(FMICallException):
+        begin(stopTime=-1.0)
+
+
 @pytest.mark.parametrize("fmi", FMI)
 @pytest.mark.parametrize("start", [float("nan"), float("inf")])
 def test_a_start_time_that_is_none_is_an_error(instances, fmi, start):

@@ -65,7 +65,7 @@ def test_a_german_csv_with_preamble_units_and_another_alphabet(tmp_path):
     text = map_text(found)
     assert "header_line = 3" in text
     assert 'encoding = "cp1252"' in text
-    assert found.clock == ("Zeit", "ms")
+    assert (found.clock.timed.channel, found.clock.timed.unit) == ("Zeit", "ms")
     roles = {one.role: (one.name, one.unit, one.samples) for one in found.channels if one.role}
     assert roles == {
         "speed": ("n_ist", "1/min", N), "torque": ("M_ist", "%", N), "temperature": ("T_Öl", "°C", N)

@@ -9,9 +9,9 @@ import pytest
 from ramsight.errors import DescriptionError, LogError, UnknownNameError
 from ramsight.logs import open_log, read_log
 from ramsight.logs.channel_map import load_map
+from ramsight.logs.clock_going import SinceFirst
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
-from ramsight.logs.since_first import SinceFirst
 from ramsight.logs.stamps import stamp_seconds
 
 N = 300
@@ -94,7 +94,7 @@ def test_a_table_without_a_clock_is_listed(tmp_path):
     (tmp_path / "log.csv").write_text("a,b\n" + "1,2\n" * 10)
     found = inspect_log(tmp_path / "log.csv")
     assert [(one.name, one.samples) for one in found.channels] == [("a", 10), ("b", 10)]
-    assert found.clock == ("", "")
+    assert found.clock.timed.columns == ()
     assert 'time = { channel = "", unit = "s" }  # not found' in map_text(found)
 
 

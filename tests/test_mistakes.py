@@ -75,6 +75,28 @@ def test_a_gross_mistake_is_named(days, unit, wrong):
     assert 0.5 < found.probability <= 1.0
 
 
+@pytest.mark.parametrize("unit", ["boom", "bucket"])
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_said_of_a_short_part_of_a_right_log(days, unit, seed):
+    """A part of which nobody knows whether the motor could have turned faster contradicts nothing."""
+    random, time = np.random.default_rng(seed), days[unit].time.values
+    for duration in np.exp(random.uniform(np.log(1.0), np.log(60.0), 12)):
+        start = random.uniform(time[0], time[-1] - duration)
+        part = days[unit].isel(time=(time >= start) & (time < start + duration))
+        assert found_in(part, unit) is None, (start, duration)
+
+
+def test_a_gap_while_the_motor_turns_is_no_move(days):
+    log = days["boom"]
+    turns = int(np.flatnonzero(log.motor_speed.values > 0.5 * log.motor_speed.values.max())[10])
+    late = log.assign_coords(time=log.time.values + 3600.0 * (np.arange(log.sizes["time"]) >= turns))
+    watch = Watch(ramsight.build("mining-loader", unit="boom"), "log.csv")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        list(watch.over([late]))
+    assert watch.last_word == ""
+
+
 @pytest.mark.parametrize(("unit", "other"), [("boom", "bucket"), ("bucket", "boom")])
 def test_the_log_of_another_machine_is_named(days, unit, other):
     found = found_in(days[unit], other)

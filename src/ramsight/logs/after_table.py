@@ -26,7 +26,7 @@ def is_after_table(rows: Sequence[Sequence[str]], names: Sequence[str]) -> bool:
 
 
 def _is_remark(cells: Sequence[str], names: Sequence[str]) -> bool:
-    first = next(cell for cell in (cell.strip().lstrip("#*= ") for cell in (*cells, "-")) if cell)
+    first = next(cell for cell in (cell.strip().lstrip("#*=[(</;!_- ") for cell in (*cells, "-")) if cell)
     return [cell.strip() for cell in cells] == list(names) or (
         first[:1].isalpha() and len(first) > 1 and first.lower() not in MISSING | _NUMBERS
     )

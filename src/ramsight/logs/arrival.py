@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.constant import Constant
-from ramsight.logs.falls import OUT_OF_ORDER
 
 Array = NDArray[np.float64]
 
+OUT_OF_ORDER = Constant(1.0, "s", "by which time may go back where samples came out of order; by more, it was set")
 LONGEST_RUN = Constant(10.0, "1", "bad time stamps in a row; more of them are a clock that was set")
 JITTER = Constant(5.0, "1", "usual distances by which samples may come out of order: a bus's queue, a thread's turn")
 
@@ -26,11 +26,13 @@ class Arrival:
         order: of each sample, never falling, shape (n,) [s]; comparable between the clocks of a file.
         wild: which samples have a time beside that of those before and after them, shape (n,).
         falls: times before and after each place where the clock was set back [s].
+        places: the sample after each of them.
     """
 
     order: Array
     wild: NDArray[np.bool_]
     falls: tuple[tuple[float, float], ...]
+    places: tuple[int, ...]
 
 
 def arrivals(times: Mapping[int, Array]) -> dict[int, Arrival]:
@@ -55,6 +57,7 @@ def arrivals(times: Mapping[int, Array]) -> dict[int, Arrival]:
             _order(time, kept[clock], back[clock], own),
             np.isfinite(time) & ~kept[clock],
             tuple((before, after) for _, before, after in back[clock]),
+            tuple(int(np.flatnonzero(kept[clock])[place]) for place, _, _ in back[clock]),
         )
     return found
 
@@ -80,27 +83,31 @@ def _kept(time: Array) -> NDArray[np.bool_]:
     """Which samples have a time that fits those around them."""
     places = np.flatnonzero(np.isfinite(time))
     known, slack = time[places], _tolerance(time)
+    usual = float(np.nan_to_num(usual_distance(time)))
     kept = np.zeros(len(time), dtype=np.bool_)
     kept[places] = True
     done = -1
     for fall in np.flatnonzero(np.diff(known) < -slack):
         if fall <= done:
             continue
-        first, last = _run(known, int(fall), slack)
+        first, last = _run(known, int(fall), slack, usual)
         kept[places[first : last + 1]] = False
         done = max(done, last)
     return kept
 
 
-def _run(known: Array, fall: int, slack: float) -> tuple[int, int]:
-    """First and last of the bad times around a fall; an empty span where the clock was set."""
+def _run(known: Array, fall: int, slack: float, usual: float) -> tuple[int, int]:
+    """First and last of the bad times around a fall; an empty span where the clock was set.
+
+    The time went on while they came: what fits is as much later as so many samples usually are.
+    """
     most, before, after = int(LONGEST_RUN), known[fall], known[fall + 1]
     for length in range(1, most + 1):
         back = fall + 1 + length  # the next time that fits the one before the fall
-        if back < len(known) and known[back] > before - slack:
+        if back < len(known) and known[back] > before + length * usual - slack:
             return fall + 1, fall + length
         ahead = fall - length  # the last time that fits the one after the fall
-        if ahead >= 0 and known[ahead] < after + slack:
+        if ahead >= 0 and known[ahead] < after - length * usual + slack:
             return fall - length + 1, fall
     return (0, fall) if fall < most and len(known) > 2 * most else (fall + 1, fall)
 

@@ -26,6 +26,16 @@ def j1939_group(frame_id: int) -> int:
     return frame_id & (0x03FFFF00 if wide >= _PDU2 else 0x03FF0000)
 
 
+def destination_address(frame_id: int) -> int | None:
+    """The J1939 address that an extended identifier's frame goes to; None where its group is for all.
+
+    Example:
+        >>> hex(destination_address(0x0CEF2117)), destination_address(0x18FE6817)
+        ('0x21', None)
+    """
+    return None if (frame_id >> 16) & 0xFF >= _PDU2 else (frame_id >> 8) & 0xFF
+
+
 def source_address(frame_id: int) -> int:
     """The J1939 address that an extended identifier's frame comes from.
 

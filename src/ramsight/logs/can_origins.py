@@ -18,17 +18,18 @@ class Origins:
 
     def __init__(self, file: str) -> None:
         self._file = file
-        self._known: dict[int, dict[tuple[int, int | None], int]] = {}
+        self._known: dict[int, dict[tuple[int, int | None, int | None], int]] = {}
         self._passed: dict[int, set[int]] = {}
         self.is_mixture_refused = True
 
-    def take(self, key: int, bus: int, source: int | None) -> None:
+    def take(self, key: int, bus: int, source: int | None, to: int | None = None) -> None:
         """Take a frame.
 
         Args:
             key: its identifier, or its J1939 group.
             bus: that it came on.
             source: its J1939 address, None of other frames.
+            to: the J1939 address that it goes to, None of others.
 
         Raises:
             LogError: frames of this key came from elsewhere before.
@@ -36,7 +37,7 @@ class Origins:
         known = self._known.get(key)
         if known is None:
             known = self._known[key] = {}
-        origin = (bus, source)
+        origin = (bus, source, to)
         known[origin] = known.get(origin, 0) + 1
         if len(known) > 1 and self.is_mixture_refused:
             raise LogError(self.mixed, file=self._file)
@@ -44,20 +45,26 @@ class Origins:
     @property
     def buses(self) -> list[int]:
         """The buses on which the same frames came, none if each came on one."""
-        several = [{bus for bus, _ in known} for known in self._known.values()]
+        several = [{bus for bus, _, _ in known} for known in self._known.values()]
         return sorted(set().union(*(one for one in several if len(one) > 1)))
 
     @property
     def sources(self) -> list[int]:
         """The J1939 addresses from which the same groups came, none if each came from one."""
-        several = [{source for _, source in known if source is not None} for known in self._known.values()]
+        several = [{source for _, source, _ in known if source is not None} for known in self._known.values()]
         return sorted(set().union(*(one for one in several if len(one) > 1)))
 
     @property
     def others(self) -> list[int]:
         """The J1939 addresses that send groups which come from nowhere else."""
-        single = [{source for _, source in known if source is not None} for known in self._known.values()]
+        single = [{source for _, source, _ in known if source is not None} for known in self._known.values()]
         return sorted(set().union(*(one for one in single if len(one) == 1)) - set(self.sources))
+
+    @property
+    def destinations(self) -> list[int]:
+        """The J1939 addresses to which the same groups go, none if each goes to one."""
+        several = [{to for _, _, to in known if to is not None} for known in self._known.values()]
+        return sorted(set().union(*(one for one in several if len(one) > 1)))
 
     def pass_over(self, key: int, source: int) -> None:
         """Take a frame of a group that the map wants from other addresses."""
@@ -78,13 +85,17 @@ class Origins:
         said = []
         for key, known in self._known.items():
             name = f"{key & ~EXTENDED:X}h"
-            addresses = sorted({source for _, source in known if source is not None})
-            buses = sorted({bus for bus, _ in known})
+            addresses = sorted({source for _, source, _ in known if source is not None})
+            goals = sorted({to for _, _, to in known if to is not None})
+            buses = sorted({bus for bus, _, _ in known})
             if len(addresses) > 1:
                 listed = ", ".join(f"{one:02X}h" for one in addresses)
                 said.append(
                     f"J1939 group {name} comes from the addresses {listed}: [can] source = 0x{addresses[0]:02X}"
                 )
+            elif len(goals) > 1:
+                listed = ", ".join(f"{one:02X}h" for one in goals)
+                said.append(f"J1939 group {name} goes to the addresses {listed}: [can] destination = 0x{goals[0]:02X}")
             elif len(buses) > 1:
                 listed = ", ".join(map(str, buses))
                 said.append(f"frame {name} comes on the buses {listed}: [can] bus = {buses[0]}")

@@ -15,6 +15,8 @@ from typing import overload
 from ramsight import bounded_toml
 from ramsight.errors import DescriptionError
 from ramsight.logs.channels import DC_POWER, POSITION
+from ramsight.logs.clock_units import is_time
+from ramsight.logs.drive_maps import FOLDER, catalogued
 from ramsight.logs.header import SEPARATORS, CsvForm
 from ramsight.logs.lines import file_name
 from ramsight.logs.map_keys import Keys
@@ -35,12 +37,16 @@ from ramsight.logs.mapped import (
     Pdo,
     Referenced,
     Sequence,
+    Timed,
     to_si_of,
 )
 from ramsight.logs.sensor_curve import SensorCurve
 
 SHORTEST, LONGEST, USUAL_PERIOD = 8e-3, 0.1, 0.02
 """Periods of samples that sensors work with, and one that drives usually have [s]."""
+
+SHORTEST_ROW, LONGEST_ROW = 1e-6, 100.0
+"""How far rows of a log may be apart [s]."""
 
 MOST_NOISE = 1000.0  # N m; as much as tolerances of a description have
 WORST_LINEARITY = 0.1  # m; a sensor that is bent by more measures something else
@@ -69,7 +75,7 @@ def known_map(channel_map: AnyMap | None) -> ChannelMap | None: ...
 
 
 def known_map(channel_map: AnyMap | None) -> ChannelMap | None:
-    """A channel map as it is passed to a function: a map, the file of one, or none.
+    """A channel map as it is passed to a function: a map, the file of one, a name of the catalogue, or none.
 
     Args:
         channel_map: as it was passed.
@@ -78,17 +84,19 @@ def known_map(channel_map: AnyMap | None) -> ChannelMap | None:
         DescriptionError: it is none of these, or the file cannot be read.
     """
     if isinstance(channel_map, str | Path):
-        return load_map(channel_map)
+        of_catalogue = catalogued(channel_map)
+        return load_map(channel_map) if of_catalogue is None else load_map(of_catalogue, is_whole=False)
     if channel_map is None or isinstance(channel_map, ChannelMap):
         return channel_map
     raise DescriptionError("is no channel map", key="channel_map", value=channel_map, allowed="a TOML file, or a map")
 
 
-def load_map(path: str | Path) -> ChannelMap:
+def load_map(path: str | Path, *, is_whole: bool = True) -> ChannelMap:
     r"""A channel map from its TOML file.
 
     Args:
         path: the file.
+        is_whole: whether it has to state speed, torque and oil temperature; a map of the catalogue knows no oil.
 
     Raises:
         DescriptionError: it cannot be read, or states what cannot be; names file, key, value and what is allowed.
@@ -118,15 +126,31 @@ def load_map(path: str | Path) -> ChannelMap:
         text = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
         said = text if isinstance(error, OSError) else f"is no TOML file: {text}"
         raise DescriptionError(said, file=file) from None
-    return _read_map(Keys(table, file), Path(path).parent, file)
+    return _read_map(Keys(table, file), Path(path).parent, file, is_whole=is_whole)
 
 
-def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
+def check_whole(known: ChannelMap) -> None:
+    """Refuse a map that lacks a role, as those of the catalogue lack the oil.
+
+    Raises:
+        DescriptionError: names the table that is missing.
+    """
+    for role in ROLES:
+        if role not in known.roles:
+            raise DescriptionError(f"has no [{role}]; {_WHERE.get(role, _PROPOSED)}", file=known.file)
+
+
+def _read_map(keys: Keys, folder: Path, file: str, *, is_whole: bool) -> ChannelMap:
     if keys.take("format", int, 1) != 1:
         raise keys.wrong("format", "is of a later ramsight", "1")
-    time = keys.table("time")
-    date = None if time is None else time.take("date", str, None)
-    roles, angle, motor = _roles(keys, file)
+    clock = _timed(keys.table("time"))
+    drive = keys.table("drive")
+    if drive is not None:
+        for key in ("title", "source", "tried"):
+            drive.take(key, str, None)
+        drive.take("columns", list, [])
+        drive.end()
+    roles, angle, motor = _roles(keys, file, is_whole=is_whole)
     if not (roles["speed"].channel and roles["torque"].channel):
         raise DescriptionError("speed and torque need a channel, a constant is none", file=file)
     references = tuple(_referenced(part) for part in keys.tables("reference"))
@@ -140,9 +164,10 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     form = _form(keys.table("csv") or Keys({}, file))
     can = keys.table("can") or Keys({}, file)
     named = can.take("dbc", (str, list), [])
-    dbc = tuple(folder / str(name) for name in ([named] if isinstance(named, str) else named))
+    dbc = tuple(_dbc(folder, str(name)) for name in ([named] if isinstance(named, str) else named))
     pdos = tuple(_pdo(part) for part in can.tables("pdo"))
-    bus, j1939, sources = can.take("bus", int, None), can.flag("j1939"), _sources(can)
+    bus, j1939 = can.take("bus", int, None), can.flag("j1939")
+    sources, destinations = _addresses(can, "source"), _addresses(can, "destination")
     can.end()
     commands = _commands(keys.table("command"))
     measured, linearity, curve = _measured(keys.table("measured"))
@@ -151,12 +176,55 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     linked = _linked(keys, further)
     sequence, state = _sequence(keys.table("sequence")), _state(keys.table("state"))
     keys.end()
-    clock = None if time is None else _mapped(time, "time")
     return ChannelMap(
-        file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, date, angle, motor, commands, further,
+        file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, angle, motor, commands, further,
         measured, linked, USUAL_PERIOD if angle is not None and period is None else period, linearity, curve,
-        sources, j1939, sequence, state,
+        sources, destinations, j1939, sequence, state,
     )  # fmt: skip
+
+
+def _dbc(folder: Path, name: str) -> Path:
+    """A DBC file beside the map, or that of the catalogue by its name."""
+    return FOLDER / name if not (folder / name).exists() and (FOLDER / name).exists() else folder / name
+
+
+def _timed(keys: Keys | None) -> Timed | None:
+    """The clock: a channel, a period of rows, or a channel of which each number is a period."""
+    if keys is None:
+        return None
+    channel, date, week = (keys.take(key, str, None) or None for key in ("channel", "date", "week"))
+    period, unit = keys.quantity("period", "s"), keys.take("unit", str, None)
+    if channel is None and period is None:
+        raise keys.wrong("channel", "a channel is needed, or how far rows are apart", 'period = "20 ms"')
+    if period is not None and not SHORTEST_ROW <= period <= LONGEST_ROW:
+        raise keys.wrong("period", "is no distance of rows", f"{SHORTEST_ROW * 1e6:g} us to {LONGEST_ROW:g} s")
+    for other, one, words in (
+        ("unit", unit, "the period says what a number is"),
+        ("date", date, "rows at a period have no date"),
+        ("week", week, "rows at a period have no week"),
+    ):
+        if period is not None and one is not None:
+            raise keys.wrong(other, f"and period are two for one: {words}", "one of the two")
+    if date is not None and week is not None:
+        raise keys.wrong("week", "and date are two for one", "one of the two")
+    if unit is not None and not is_time(unit):
+        raise keys.wrong("unit", "is no unit of time", '"s", "ms", "us", "100 ns", "d", or several: "20 ms"')
+    form = _numbers(keys)
+    if channel is None and form != (1.0, 1.0, 0.0):
+        raise keys.wrong("scale", "and offset and sign are for the numbers of a channel", "period alone")
+    keys.end()
+    return Timed(channel or "", unit, date, week, period, *form)
+
+
+def _numbers(keys: Keys) -> tuple[float, float, float]:
+    """Sign, scale and offset of a channel's numbers."""
+    sign = keys.take("sign", (int, float), 1)
+    if sign not in (1, -1):
+        raise keys.wrong("sign", "is no sign", "1 or -1")
+    scale, offset = keys.take("scale", (int, float), 1.0), keys.take("offset", (int, float), 0.0)
+    if scale == 0:
+        raise keys.wrong("scale", "makes everything 0", "a number other than 0")
+    return float(sign), float(scale), float(offset)
 
 
 def _sequence(keys: Keys | None) -> Sequence | None:
@@ -196,33 +264,43 @@ def _linked(keys: Keys, further: Mapping[str, Mapped]) -> dict[str, Mapped]:
     return found
 
 
-def _roles(keys: Keys, file: str) -> tuple[dict[str, Mapped], Counted | None, Motor | None]:
+def _roles(keys: Keys, file: str, *, is_whole: bool) -> tuple[dict[str, Mapped], Counted | None, Motor | None]:
     """The channels of speed, torque and temperature, and what stands in the place of the first two."""
     roles: dict[str, Mapped] = {}
     angle, motor = keys.table("angle"), keys.table("current")
     passed = {"speed": angle, "torque": motor}
     for role in ROLES:
         part = keys.table(role)
-        if part is not None and passed.get(role) is not None:
+        if part is not None and passed.get(role) is not None and role != "speed":
             other = next(name for name, instead in INSTEAD.items() if instead == role)
             raise keys.wrong(role, f"and [{other}] are two for one", "one of the two")
-        if part is None and passed.get(role) is None:
+        if part is None and passed.get(role) is None and is_whole:
             raise DescriptionError(f"has no [{role}]; {_WHERE.get(role, _PROPOSED)}", file=file)
         if part is not None:
             roles[role] = _mapped(part, role)
     counted = stands_for = None
     if angle is not None:
-        counted, roles["speed"] = _counted(angle)
+        counted, roles["speed"] = _counted(angle, roles.get("speed"))
     if motor is not None:
         stands_for, roles["torque"] = _motor(motor)
     return roles, counted, stands_for
 
 
-def _counted(keys: Keys) -> tuple[Counted, Mapped]:
+def _counted(keys: Keys, speed: Mapped | None) -> tuple[Counted, Mapped]:
+    """How an angle counts, with the speed beside it if there is one, and its channel."""
     per_turn = keys.take("per_turn", (int, float), None)
     if per_turn is None or per_turn <= 0:
         raise keys.wrong("per_turn", "the numbers of a turn are needed", "4096, 360, ...")
-    return Counted(float(per_turn)), replace(_mapped(keys, "angle"), unit="rad/s")
+    modulus = keys.take("modulus", (int, float, str), None)
+    if isinstance(modulus, str) and modulus != "never":
+        raise keys.wrong("modulus", "is no number", 'numbers until it begins again, or "never"')
+    if isinstance(modulus, (int, float)) and modulus < 3:
+        raise keys.wrong("modulus", "is too small to say which way it counts", '3 or more, or "never"')
+    begins = math.inf if modulus == "never" else None if modulus is None else float(modulus)
+    fastest = keys.quantity("fastest", "rad/s")
+    if fastest is not None and fastest <= 0.0:
+        raise keys.wrong("fastest", "is no speed of a shaft that turns", '"1500 1/min" and such')
+    return Counted(float(per_turn), begins, fastest, speed), replace(_mapped(keys, "angle"), unit="rad/s")
 
 
 def _motor(keys: Keys) -> tuple[Motor, Mapped]:
@@ -304,12 +382,7 @@ def _mapped(keys: Keys, role: str, *, end: bool = True) -> Mapped:
     rated = keys.quantity("rated", SI[role]) if role in ("speed", "torque", "dc_current") else None
     if unit is not None:
         to_si_of(unit, role, rated, file=keys.file, key=f"{keys.path}unit")
-    sign = keys.take("sign", (int, float), 1)
-    if sign not in (1, -1):
-        raise keys.wrong("sign", "is no sign", "1 or -1")
-    scale, offset = keys.take("scale", (int, float), 1.0), keys.take("offset", (int, float), 0.0)
-    if scale == 0:
-        raise keys.wrong("scale", "makes everything 0", "a number other than 0")
+    sign, scale, offset = _numbers(keys)
     hold = keys.quantity("hold", "s")
     if hold is not None and hold <= 0:
         raise keys.wrong("hold", "has to be longer than nothing", 'for example "0.5 s"')
@@ -317,7 +390,7 @@ def _mapped(keys: Keys, role: str, *, end: bool = True) -> Mapped:
         keys.end()
     usual = HOLD.get(role, USUAL_HOLD)
     held = usual if hold is None else hold
-    return Mapped(channel, unit, float(sign), float(scale), float(offset), rated, held, constant, noise or 0.0)
+    return Mapped(channel, unit, sign, scale, offset, rated, held, constant, noise or 0.0)
 
 
 def _referenced(keys: Keys) -> Referenced:
@@ -350,11 +423,11 @@ def _form(keys: Keys) -> CsvForm:
     return CsvForm(line, separator, encoding, first, decimal)
 
 
-def _sources(keys: Keys) -> tuple[int, ...]:
-    given = keys.take("source", (int, list), [])
+def _addresses(keys: Keys, key: str) -> tuple[int, ...]:
+    given = keys.take(key, (int, list), [])
     listed = given if isinstance(given, list) else [given]
     if not all(isinstance(one, int) and 0 <= one <= LARGEST_ADDRESS for one in listed):
-        raise keys.wrong("source", "is no J1939 address", f"0 to {LARGEST_ADDRESS}, or a list of them; 0x27 is one")
+        raise keys.wrong(key, "is no J1939 address", f"0 to {LARGEST_ADDRESS}, or a list of them; 0x27 is one")
     return tuple(listed)
 
 

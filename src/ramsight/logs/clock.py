@@ -2,46 +2,41 @@
 
 from __future__ import annotations
 
-import math
+import re
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.constant import Constant
-from ramsight.errors import DescriptionError
-from ramsight.logs.arrival import usual_distance
-from ramsight.logs.guess import epoch_unit, guess_clock, guess_date
-from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.clock_units import is_time, unit_of, usual_step
+from ramsight.logs.column_names import guess_clock, guess_date, guess_week, is_row_number
+from ramsight.logs.digits import decimal
+from ramsight.logs.mapped import ChannelMap, Timed
 from ramsight.logs.source import TableSource
-from ramsight.logs.source_csv import CsvSource
-from ramsight.units import parse
 
-DAY = 86400.0  # s
-EARLIEST_DAY = Constant(36526.0, "d", "the first day of 2000 where spreadsheets count from 1900 on")
-LATEST_DAY = Constant(73051.0, "d", "the first day of 2100")
-SHORTEST_STEP = Constant(1e-4, "s", "between rows; a table of a drive's log is slower")
-LONGEST_STEP = Constant(100.0, "s", "between rows; a table of a drive's log is faster")
-TOO_FAST = Constant(2e-5, "s", "between rows, if they were seconds; no table is as fast")
+_STEP = r"(?:sampl|abtast|interval|period|zyklus|cycle|takt|raster|tick|increment|resolution|delta|[^a-z]rate|frequen)"
+_NUMBER, _UNIT = r"(?P<number>[0-9]+(?:[.,][0-9]+)?)", r"(?P<unit>ns|us|µs|ms|s|hz|khz)"
+_STATED = (
+    re.compile(rf"{_STEP}[^0-9]*?{_NUMBER}[^0-9a-zµ]{{0,4}}{_UNIT}\b", re.IGNORECASE),
+    re.compile(rf"{_STEP}[^0-9]*?[\[(]{_UNIT}[\])][^0-9a-z]{{0,6}}{_NUMBER}", re.IGNORECASE),
+)
 
 
 @dataclass(frozen=True)
 class Clock:
-    """The clock of a table.
+    """The clock of a table as it is proposed.
 
     Args:
-        channel: its column, "" if none was found.
-        unit: of its numbers.
-        date: a column of dates beside it.
+        timed: its columns and unit; the unit "" and no period where that is asked for.
         is_stamp: whether its cells are dates or times of day.
-        to_check: what a person has to check.
+        evidence: what it is taken from.
+        is_asked: whether a person has to state the unit or the period.
     """
 
-    channel: str
-    unit: str
-    date: str | None = None
+    timed: Timed
     is_stamp: bool = False
-    to_check: str = ""
+    evidence: str = ""
+    is_asked: bool = False
 
 
 def find_clock(source: TableSource, known: ChannelMap) -> Clock:
@@ -53,71 +48,75 @@ def find_clock(source: TableSource, known: ChannelMap) -> Clock:
         source: the table.
         known: what is known of it.
     """
-    found = _find(source, known)
-    source.clock, source.clock_unit, source.date = found.channel or None, found.unit, found.date
-    source.is_clock_needed = bool(found.channel)
+    found = _stated(source, known.time) if known.time is not None else _guessed(source)
+    has_time = bool(found.timed.channel or found.timed.period) and not found.is_asked
+    source.time, source.is_clock_needed = (found.timed if has_time else None), has_time
     source.check_one_clock()
     return found
 
 
-def _find(source: TableSource, known: ChannelMap) -> Clock:
+def _stated(source: TableSource, timed: Timed) -> Clock:
+    source.check(timed.columns)
+    is_stamp = bool(timed.channel and source.first_stamp(timed.channel))
+    if is_stamp or timed.period is not None or timed.unit is not None:
+        return Clock(timed, is_stamp)
+    return _with_unit(source, timed)
+
+
+def _guessed(source: TableSource) -> Clock:
     offered = {one.name: one for one in source.offered()}
     names = list(offered)
-    date = known.date
-    if known.time is not None:
-        channel = known.time.channel
-        source.check([channel])
-    else:
-        stamped = _stamped(source, names)
-        channel = guess_clock(names) or next((name for name in names if name in stamped), "")
-        if channel in stamped and ":" in stamped[channel] and not _has_date(stamped[channel]):
-            date = next((name for name in [guess_date(names)] if name in stamped and name != channel), None)
+    stamped = {name: cell for name in names if (cell := source.first_stamp(name))}
+    channel = guess_clock(names) or ""
+    if channel and offered[channel].unit and not is_time(offered[channel].unit) and channel not in stamped:
+        channel = ""  # a name that looks like a clock's, of something else
+    if not channel or (channel in stamped and ":" not in stamped[channel]):
+        channel = next((name for name, cell in stamped.items() if ":" in cell), channel or next(iter(stamped), ""))
+    if channel in stamped:
+        date = guess_date(names) if ":" in stamped[channel] and not _has_date(stamped[channel]) else None
+        return Clock(Timed(channel, date=date if date in stamped and date != channel else None), is_stamp=True)
     if not channel:
-        return Clock("", "")
-    if channel in _stamped(source, [channel]):
-        return Clock(channel, "s", date, is_stamp=True)
-    if known.time is None and offered[channel].unit and not _is_time(offered[channel].unit):
-        return Clock("", "")  # a name that looks like a clock's, of something else
-    said = (known.time.unit if known.time is not None else None) or offered[channel].unit
+        return _of_rows(source, names)
+    week = guess_week(names)
+    return _with_unit(source, Timed(channel, week=week if week != channel else None))
+
+
+def _with_unit(source: TableSource, timed: Timed) -> Clock:
+    """The clock with its unit as the file states it, or by its numbers."""
+    said = source.unit_of(timed.channel)
     if said:
-        return Clock(channel, said, date)
-    numbers = source.first_numbers(channel)
-    if is_in_days(numbers):
-        return Clock(channel, "d", date, to_check="days, by size and step, as spreadsheets count them")
-    epoch = epoch_unit(float(next(iter(numbers[np.isfinite(numbers)]), np.nan)))
-    return Clock(channel, epoch or "s", date, to_check="time since 1970, by its size" if epoch else "")
+        return Clock(Timed(timed.channel, said, week=timed.week))
+    unit = unit_of(source.first_numbers(timed.channel))
+    if unit.name:
+        return Clock(Timed(timed.channel, unit.name, week=timed.week), evidence=unit.evidence)
+    return Clock(timed, evidence=f"{unit.evidence}, or {unit.runner_up}", is_asked=True)
 
 
-def is_in_days(numbers: NDArray[np.float64]) -> bool:
-    """Whether numbers are days, as a spreadsheet counts them from 1900 on, or of one day.
+def _of_rows(source: TableSource, names: list[str]) -> Clock:
+    """Rows that are numbered, or have no clock: at the period that stands in the head of the file, if one does."""
+    period, line = _period_in(source.head)
+    number = next((name for name in names if is_row_number(name) and _counts(source.first_numbers(name))), "")
+    stated = f"line {line} of the file states it" if line else ""
+    if not number and not line:
+        return Clock(Timed())
+    return Clock(Timed(number, period=period), evidence=stated, is_asked=period is None)
 
-    Args:
-        numbers: the first of a clock, shape (n,); NaN where there is none.
 
-    Example:
-        >>> is_in_days(45986.25 + np.arange(5) * 0.02 / 86400.0), is_in_days(45986.25 + np.arange(5) * 0.02)
-        (True, False)
-    """
+def _period_in(head: list[str]) -> tuple[float | None, int]:
+    """The period that lines before the header state [s], and the line; the first that names one."""
+    for number, line in enumerate(head, start=1):
+        if match := next((found for one in _STATED if (found := one.search(line))), None):
+            value, unit = decimal(match["number"].replace(",", ".")), match["unit"].lower()
+            second = {"ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0}.get(unit)
+            if value > 0.0:
+                return value * second if second else 1.0 / (value * (1e3 if unit == "khz" else 1.0)), number
+    return None, 0
+
+
+def _counts(numbers: NDArray[np.float64]) -> bool:
+    """Whether numbers go on by one, or by another whole number, from row to row."""
     known = numbers[np.isfinite(numbers)]
-    step = usual_distance(known) if known.size else math.nan
-    if not SHORTEST_STEP <= step * DAY <= LONGEST_STEP:
-        return False
-    return bool(EARLIEST_DAY < known[0] < LATEST_DAY or (0.0 <= known[0] < 1.0 and known[-1] < 1.0 and step < TOO_FAST))
-
-
-def _stamped(source: TableSource, names: list[str]) -> dict[str, str]:
-    """Columns whose first cell is a date or a time of day, and that cell."""
-    if not isinstance(source, CsvSource):
-        return {}
-    return {name: cell for name in names if (cell := source.first_stamp(name))}
-
-
-def _is_time(unit: str) -> bool:
-    try:
-        parse(f"1 {unit}", "s")
-    except DescriptionError:
-        return False
-    return True
+    return len(known) > 2 and usual_step(known) >= 1.0 and bool((np.diff(known) == np.diff(known)[0]).all())
 
 
 def _has_date(cell: str) -> bool:

@@ -21,6 +21,7 @@ FIRST_ROW = 2
 """Line of the first row: the header is line 1, and every row is one line."""
 
 _COLUMNS_SHOWN = 20
+_LOOKED_AT = 200  # rows, for columns without a name
 
 
 class CsvTable:
@@ -41,6 +42,8 @@ class CsvTable:
         units: of the columns as the row of units has them, "" without one.
         separator: between cells.
         first_row: line of the first row.
+        head: the lines before the header.
+        encoding: of the letters.
 
     Raises:
         LogError: the file cannot be read, has no header or no rows.
@@ -51,12 +54,11 @@ class CsvTable:
     ) -> None:
         form = form or CsvForm()
         self.file = file_name(path)
-        self._decimal = form.decimal
+        self._decimal, self.encoding = form.decimal, form.encoding
         self._blocks, self._body = line_blocks(path, encoding=form.encoding, advance=advance, size=size), b""
         if self._peek() is None:
             raise LogError("is empty", file=self.file)
-        for _ in range(form.header_line - 1):
-            self._take()
+        self.head = [self._take() or "" for _ in range(form.header_line - 1)]
         head, lines = self._take_header()
         if not head.strip():
             raise LogError("is blank where the header should stand", file=self.file, line=form.header_line)
@@ -75,6 +77,14 @@ class CsvTable:
             self.units.append("")
         if len(cells) == len(self.names) - 1 and self.names[-1].lower() == NEVER_FILLED:
             del self.names[-1], self.units[-1]
+        self._name_columns()
+
+    def _name_columns(self) -> None:
+        """Name the columns that have cells, and no name, by their place: what stands beside a merged cell."""
+        filled = {place for _, row in self.first_cells(_LOOKED_AT) for place, cell in enumerate(row) if cell.strip()}
+        for place, name in enumerate(self.names):
+            if not name and place in filled:
+                self.names[place] = f"column {place + 1}"
 
     def _take_header(self) -> tuple[str, int]:
         """The header, and how many lines it takes: cells in quotes may have line breaks."""

@@ -14,19 +14,25 @@ _SHORTEST, _LONGEST = 1e-7, 1e9  # s; a clock's step, and more than any log last
 
 
 class Distances:
-    """Counts distances in time by their size, in memory that does not grow with the log."""
+    """Counts distances in time by their size, in memory that does not grow with the log.
+
+    Attributes:
+        longest: of the distances [s].
+    """
 
     def __init__(self) -> None:
         decades = math.log10(_LONGEST / _SHORTEST)
         self._counts = np.zeros(int(STEPS * decades) + 1, dtype=np.int64)
         self._sums = np.zeros(len(self._counts))
         self._last = math.nan
+        self.longest = 0.0
 
     def take(self, times: NDArray[np.float64]) -> None:
         """Take the next times [s], finite, shape (n,); steps back and repeated times are no distances."""
         steps = np.diff(times, prepend=self._last)
         self._last = float(times[-1])
         steps = steps[(steps >= _SHORTEST) & (steps < _LONGEST)]
+        self.longest = max(self.longest, float(steps.max(initial=0.0)))
         places = (STEPS * np.log10(steps / _SHORTEST)).astype(np.int64)
         self._counts += np.bincount(places, minlength=len(self._counts))
         self._sums += np.bincount(places, weights=steps, minlength=len(self._sums))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ramsight.errors import LogError
 from ramsight.logs.arrival import arrivals
 from ramsight.logs.frames import EXTENDED, Frame
+from ramsight.logs.frames_text import FD_LENGTHS
 from ramsight.logs.lines import Advance, file_name
 from ramsight.logs.mdf_file import MdfFile
 
@@ -54,7 +55,8 @@ def mdf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fra
 
 def _group_frames(mdf: MdfFile, group: int, times: NDArray[np.float64]) -> Iterator[Frame]:
     names, cycles = mdf.groups[group].names, mdf.groups[group].cycles
-    length_name = f"{_NAME}DataLength" if f"{_NAME}DataLength" in names else f"{_NAME}DLC"
+    is_code = f"{_NAME}DataLength" not in names
+    length_name = f"{_NAME}DLC" if is_code else f"{_NAME}DataLength"
     for first in range(0, cycles, _AT_ONCE):
         count = min(_AT_ONCE, cycles - first)
 
@@ -69,4 +71,7 @@ def _group_frames(mdf: MdfFile, group: int, times: NDArray[np.float64]) -> Itera
         )
         for time, key, is_wide, bus, length, content in rows:
             key = (key & 0x1FFFFFFF) | (EXTENDED if is_wide else 0)
-            yield Frame(time, key, max(int(bus) - 1, 0), bytes(content)[:length])
+            stored = bytes(content)
+            if is_code:  # 9 to 15 are 12 to 64 bytes of CAN FD, and 8 of a frame that has room for no more
+                length = min(FD_LENGTHS[length & 0xF], len(stored))
+            yield Frame(time, key, max(int(bus) - 1, 0), stored[:length])

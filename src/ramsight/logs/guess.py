@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ramsight.errors import DescriptionError, LogError
-from ramsight.logs.digits import decimal
+from ramsight.logs.digits import decimal, is_digits
 from ramsight.logs.header import NEVER_FILLED, SEPARATORS, CsvForm, separator_of, split, units_row, whole_lines
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.source import Offered
@@ -20,8 +20,8 @@ _LOOKED_AT = 1 << 16  # bytes
 _PREAMBLE = 200  # lines
 
 _NAMES = {
-    "speed": r"speed|rpm|drehzahl|veloc|vitesse|r[ée]gime|(^|[^a-z])n_?(ist|act|mot)|606c|omega",
-    "torque": r"torque|moment|couple|coppia|(^|[^a-z])par([^a-z]|$)|(^|[^a-z])m_?(ist|act|mot)|6077|4602h:0c",
+    "speed": r"speed|rpm|drehzahl|geschwindigkeit|velo|vitesse|r[ée]gime|(^|[^a-z])n_?(ist|act|mot)|606c|omega",
+    "torque": r"torque|moment|effort|couple|coppia|(^|[^a-z])par([^a-z]|$)|(^|[^a-z])m_?(ist|act|mot)|6077|4602h:0c",
     "reference": r"^reference",
 }
 _WORSE = {
@@ -31,33 +31,17 @@ _WORSE = {
     "reference": r"speed|torque",
 }
 ROLES = ("speed", "torque", "temperature", "reference")
-_BETTER = r"ist(?![a-z])|act|actual|feedback|meas"
+_BETTER = r"ist(?![a-z])|istw|act|actual|feedback|meas"
 _SI = {"speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m"}
 USUAL = {"speed": "rpm", "torque": "N m", "temperature": "degC", "reference": "m"}
 """The unit that is proposed where the file states none."""
 
-_CLOCK = re.compile(
-    r"(_*(date|datum|day|tag)?[ _/-]?(time|zeit|uhrzeit)([ _]?stamps?)?|timestamps?|t|ts|elapsed|seconds|datetime"
-    r"|x_value"
-    r"|temps|heure|tiempo|hora|tempo|ora)([ _\[(].*)?",
+_HEADER_ROWS = 8  # names, and what may stand between them and the first row of numbers
+_ANNOTATION = re.compile(r'"?#(group|datatype|default|constant)\b')  # lines before a header of InfluxDB's
+_SUMMARY = re.compile(
+    r"(min|max|mean|avg|average|std|rms|mittel(wert)?|minimum|maximum|offset|gain|scale|fa[ck]tor)[.:]?",
     re.IGNORECASE,
 )
-_DATE = re.compile(r"(date|datum|day|tag|jour|fecha|data)([ _\[(].*)?", re.IGNORECASE)
-_HEADER_ROWS = 4  # names, and what may stand between them and the first row of numbers
-
-EPOCH = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-_YEARS_2000_TO_2100 = (946684800.0, 4102444800.0)
-
-
-def epoch_unit(first: float) -> str:
-    """The unit in which a number is a time since 1970, "" if it is none between 2000 and 2100.
-
-    Example:
-        >>> epoch_unit(1_763_700_000_000.0), epoch_unit(12.5)
-        ('ms', '')
-    """
-    earliest, latest = _YEARS_2000_TO_2100
-    return next((unit for unit, second in EPOCH.items() if earliest < first * second < latest), "")
 
 
 def guess_form(path: str | Path) -> CsvForm:
@@ -134,16 +118,34 @@ def _is_wide(cells: Sequence[str], names: Sequence[str]) -> bool:
 
 def _rows_between(lines: Sequence[str], separator: str) -> int | None:
     """How many rows stand between a header and its first row of numbers; None if the first line is no header."""
-    names = _cells(lines[0].strip(" ").removeprefix("#"), separator)
-    if len(names) < 2 or any(_is_value(name) for name in names) or sum(map(bool, names)) < 2:
+    if _ANNOTATION.match(lines[0]):
         return None
+    names = _cells(lines[0].strip(" ").removeprefix("#"), separator)
+    if len(names) < 2 or sum(map(bool, names)) < 2:
+        return None
+    if any(_is_value(name) for name in names) and not _numbers_channels(names, lines[1:2], separator):
+        return None
+    in_summary = False
     for below, line in enumerate(lines[1 : _HEADER_ROWS + 1]):
         cells = _cells(line, separator)
+        if not line.strip() and not in_summary:
+            continue
         if not _is_wide(cells, names):
             return None
-        if any(_is_value(cell) for cell in cells):
+        is_row = any(_is_value(cell) for cell in cells)
+        is_summary = any(_SUMMARY.fullmatch(cell) for cell in cells)
+        if is_row and not is_summary:
             return below
+        if in_summary and not is_row:
+            return None  # a table of its own
+        in_summary = in_summary or (is_row and is_summary)
     return None
+
+
+def _numbers_channels(names: Sequence[str], below: Sequence[str], separator: str) -> bool:
+    """Whether a header numbers the channels behind its first name, and a row of units is below: an oscilloscope's."""
+    are_numbers = not _is_value(names[0]) and all(is_digits(name) or not name for name in names[1:])
+    return are_numbers and bool(below) and units_row(below[0], separator) is not None
 
 
 def _cells(line: str, separator: str) -> list[str]:
@@ -170,26 +172,6 @@ def is_number(cell: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def guess_clock(names: Sequence[str]) -> str | None:
-    """The column that is the clock, by its name.
-
-    Example:
-        >>> guess_clock(["n_ist", "Zeit [ms]"])
-        'Zeit [ms]'
-    """
-    return next((name for name in names if _CLOCK.fullmatch(name)), None)
-
-
-def guess_date(names: Sequence[str]) -> str | None:
-    """The column that is the date, by its name.
-
-    Example:
-        >>> guess_date(["Datum", "Uhrzeit"])
-        'Datum'
-    """
-    return next((name for name in names if _DATE.fullmatch(name)), None)
 
 
 def guess_roles(offered: Sequence[Offered]) -> dict[str, str]:

@@ -82,19 +82,19 @@ class Inspection:
         file: its name.
         channels: all of them, the clock not among them.
         frames: of a CAN log, identifier (bit 31 set for an extended one) to how many frames and bytes.
-        clock: of a table, its column and unit; both "" if none was found.
+        clock: of a table, with what it is taken from.
         known: the map that was looked through, with what could be guessed of the file's layout.
-        clock_found: the clock of a table with all that was found of it.
         origins: of a CAN log, the buses and addresses that its frames came from.
+        clocks: of groups, from what each has its time.
     """
 
     file: str
     channels: list[Channel]
     frames: dict[int, tuple[int, int]] = field(default_factory=dict)
-    clock: tuple[str, str] | None = None
+    clock: Clock | None = None
     known: ChannelMap = field(default_factory=ChannelMap)
-    clock_found: Clock | None = None
     origins: Origins | None = None
+    clocks: list[str] = field(default_factory=list)
 
     def of(self, role: str) -> Channel | None:
         """The channel that is proposed for a role."""
@@ -153,7 +153,7 @@ def _look_through(
     if isinstance(source, CanSource):
         source.origins.is_mixture_refused = False
     clock = find_clock(source, known) if isinstance(source, TableSource) else None
-    taken = () if clock is None else (clock.channel, clock.date)
+    taken = () if clock is None else clock.timed.columns
     listed = [one for one in source.offered() if one.name not in taken]
     notes = source.notes([one.name for one in listed])
     channels = [Channel(one.name, one.unit, bad.get(one.name) or notes.get(one.name) or one.note) for one in listed]
@@ -172,5 +172,4 @@ def _look_through(
     if isinstance(source, CanSource) and wrong is not None and not frames:
         raise wrong
     origins = source.origins if isinstance(source, CanSource) else None
-    said = None if clock is None else (clock.channel, clock.unit)
-    return Inspection(source.file, channels, frames, said, known, clock, origins), wrong
+    return Inspection(source.file, channels, frames, clock, known, origins, source.clock_report()), wrong

@@ -46,7 +46,7 @@ LINKED = {channel.name: channel for channel in LINK}
 """Tables of a map, both or none, whose product is the power of the DC link."""
 
 SI = {
-    "time": "s", "speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m", "angle": "rad",
+    "speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m", "angle": "rad",
     "current": "A", "command": "1", "position": "m", "pressure_a": "Pa", "pressure_b": "Pa",
     "dc_voltage": "V", "dc_current": "A", **{one.name: one.units for one in FURTHER_CHANNELS},
 }  # fmt: skip
@@ -89,26 +89,51 @@ class Mapped:
 
 
 @dataclass(frozen=True)
+class Timed:
+    """The clock of a table, of groups or of messages: ``sign * (scale * number + offset)`` in ``unit``.
+
+    Args:
+        channel: its name in the file, "" where rows have a period and no clock.
+        unit: of the number after scale and offset; None takes the file's, or goes by its size.
+        date: column of dates beside a clock that is a time of day.
+        week: column of weeks beside a clock that is a time of the week, as GPS counts it.
+        period: from row to row where there is no channel, else of one number of it [s].
+        sign: 1, or -1 for a clock that counts down.
+        scale: factor.
+        offset: in `unit`.
+    """
+
+    channel: str = ""
+    unit: str | None = None
+    date: str | None = None
+    week: str | None = None
+    period: float | None = None
+    sign: float = 1.0
+    scale: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The columns that it is read from."""
+        return tuple(name for name in (self.week, self.date, self.channel) if name)
+
+
+@dataclass(frozen=True)
 class Counted:
     """A shaft's angle in place of its speed.
 
     Args:
-        per_turn: numbers a turn, after scale and offset; the angle starts again after each.
+        per_turn: numbers a turn, after scale and offset.
+        modulus: numbers until it begins again, after scale and offset; infinity if it never does, None if that is to be
+            seen from the numbers.
+        fastest: that the shaft turns [rad/s]; None where the map states none.
+        speed: a channel of the speed beside it, which says which turn it was; None without one.
     """
 
     per_turn: float
-
-    def radians(self, numbers: NDArray[np.float64], last: float) -> NDArray[np.float64]:
-        """Angle without jumps [rad], from numbers of which the one before them was `last`, NaN if there was none.
-
-        Example:
-            >>> Counted(4096).radians(np.array([4000.0, 100.0]), math.nan).round(3).tolist()
-            [6.136, 6.437]
-        """
-        before = numbers[:1] if math.isnan(last) else np.array([last])
-        steps = np.diff(np.concatenate([before, numbers]))
-        steps -= self.per_turn * np.round(steps / self.per_turn)
-        return np.asarray((before[0] + np.cumsum(steps)) * (2.0 * math.pi / self.per_turn))
+    modulus: float | None = None
+    fastest: float | None = None
+    speed: Mapped | None = None
 
 
 @dataclass(frozen=True)
@@ -192,7 +217,7 @@ class ChannelMap:
 
     Args:
         file: where it was read, None for one made by the program.
-        time: clock column of a table.
+        time: clock of a table, or of groups.
         roles: ``speed``, ``torque`` and ``temperature``.
         references: none or some.
         base: the role whose samples are the log's: ``speed`` or ``torque``; None takes the slower.
@@ -202,8 +227,8 @@ class ChannelMap:
         pdos: CANopen mappings that do.
         bus: the CAN channel to read; None reads all.
         sources: J1939 addresses whose frames are read; none reads those of all.
+        destinations: J1939 addresses to which frames are read, of groups that go to one; none reads those to all.
         j1939: whether extended identifiers of DBC files are J1939 groups; None goes by the file.
-        date: column of dates beside a clock column that is a time of day.
         angle: how the channel of the role ``speed`` counts, where it is an angle.
         motor: what the channel of the role ``torque`` is, where it is a current.
         commands: to parts of the circuit, by their names.
@@ -218,7 +243,7 @@ class ChannelMap:
     """
 
     file: str | None = None
-    time: Mapped | None = None
+    time: Timed | None = None
     roles: Mapping[str, Mapped] = field(default_factory=dict)
     references: tuple[Referenced, ...] = ()
     base: str | None = None
@@ -227,7 +252,6 @@ class ChannelMap:
     dbc: tuple[Path, ...] = ()
     pdos: tuple[Pdo, ...] = ()
     bus: int | None = None
-    date: str | None = None
     angle: Counted | None = None
     motor: Motor | None = None
     commands: Mapping[str, Commanded] = field(default_factory=dict)
@@ -238,6 +262,7 @@ class ChannelMap:
     linearity: float = 0.0
     curve: SensorCurve | None = None
     sources: tuple[int, ...] = ()
+    destinations: tuple[int, ...] = ()
     j1939: bool | None = None
     sequence: Sequence | None = None
     state: str | None = None
@@ -270,7 +295,7 @@ def standard_map(names: list[str]) -> ChannelMap:
     pair = {name: Mapped(one.column, one.units) for name, one in LINKED.items() if one.column in names}
     linked = pair if len(pair) == len(LINKED) and DC_POWER.name not in further else {}
     return ChannelMap(
-        time=Mapped(TIME, "s"), roles=roles, references=references, commands=commands, further=further, linked=linked
+        time=Timed(TIME, "s"), roles=roles, references=references, commands=commands, further=further, linked=linked
     )
 
 

@@ -14,6 +14,8 @@ Decoder = Callable[[bytes], Content]
 _FACTORIES = {"cdr": "mcap_ros2.decoder", "protobuf": "mcap_protobuf.decoder"}
 _ANY_NAME = "any_msgs/msg/Any"  # of a message, as ROS 2 spells them
 _DEEPEST = 8  # messages in messages
+MOST_LISTED = 64
+"""Numbers of a list that are channels; longer ones are a scan or a picture."""
 DAMAGED = (ValueError, RecursionError)
 """What a decoder raises of a message that is damaged."""
 
@@ -73,7 +75,7 @@ def _from_json(data: bytes) -> Content:
 
 
 def _object(message: Any, deep: int) -> Content:
-    """The numbers of a message, and the messages in it as objects; text and lists are left out."""
+    """The numbers of a message, the messages in it as objects, and lists of numbers; text is left out."""
     if deep >= _DEEPEST:
         return {}
     found: Content = {}
@@ -83,6 +85,8 @@ def _object(message: Any, deep: int) -> Content:
             found[name] = value
         elif _fields(value):
             found[name] = _object(value, deep + 1)
+        elif not isinstance(value, (str, bytes, Mapping)) and hasattr(value, "__len__") and len(value) <= MOST_LISTED:
+            found[name] = [float(one) if isinstance(one, (bool, int, float)) else None for one in value]
     return found
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.logs.align import Aligner, Array, Block, Switch
 from ramsight.logs.can_dbc import j1939_group
-from ramsight.logs.channel_map import known_map
+from ramsight.logs.channel_map import check_whole, known_map
 from ramsight.logs.channels import (
     DC_CURRENT,
     DC_POWER,
@@ -29,15 +29,16 @@ from ramsight.logs.channels import (
     column_of,
     is_command,
 )
+from ramsight.logs.clock_watch import ClockWatch, warn_of_watched
+from ramsight.logs.counter import BESIDE, Unwrapped
 from ramsight.logs.csv_table import check_columns
-from ramsight.logs.falls import Falls
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, standard_map, to_si_of
 from ramsight.logs.next_step import inspect_command
 from ramsight.logs.resample import Resampler
-from ramsight.logs.source import Source
+from ramsight.logs.source import Source, TableSource
 from ramsight.logs.source_by_suffix import open_source
 from ramsight.logs.source_can import CanSource
 from ramsight.signals import Signal, Signals
@@ -55,6 +56,7 @@ COLDEST, HOTTEST = 213.15, 473.15
 _LISTED = 12  # identifiers that a message lists
 
 _NAMES = {"speed": MOTOR_SPEED.name, "torque": MOTOR_TORQUE.name, "temperature": OIL_TEMPERATURE.name}
+_DRIVEN = ("speed", "torque")
 _DRIVE = (MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE)
 _READINGS = frozenset(one.name for one in READINGS)
 
@@ -115,20 +117,23 @@ def open_signals(
 ) -> Iterator[Signals]:
     """The same pieces as columns; arguments and errors as `open_log`."""
     known = known_map(channel_map)
+    if known is not None:
+        check_whole(known)
     source = open_source(path, known, advance)
     if known is None:
         names = [one.name for one in source.offered()]
         _check_standard(source, names)
         known = standard_map(names)
-        source.clock = TIME
-    pieces = _regular(_resampled(_columns(source, known), known, source.file), samples)
+        if isinstance(source, TableSource):
+            source.time = known.time
+    pieces = _regular(_pieces(source, known), samples)
     oil = known.roles["temperature"].channel
     return _as_signals(pieces, source.file, oil, is_clock_watched=source.has_clock_watched)
 
 
 def _check_standard(source: Source, names: list[str]) -> None:
     try:
-        clock = [] if not hasattr(source, "clock_unit") else [TIME]
+        clock = [TIME] if isinstance(source, TableSource) else []
         check_columns(names, [*clock, *(channel.column for channel in _DRIVE[:3])], source.file)
     except LogError as error:
         if isinstance(source, CanSource) or getattr(source, "has_frames", False):
@@ -177,7 +182,7 @@ def measured_signals(
     if not known.measured:
         raise DescriptionError("names nothing measured", file=known.file, key="measured", allowed=", ".join(MEASURED))
     source = open_source(path, known, advance)
-    pieces = list(_resampled(_columns(source, known, known.measured), known, source.file))
+    pieces = list(_pieces(source, known, known.measured))
     columns = {name: np.concatenate([piece[name] for piece in pieces]) for name in ("time", *known.measured)}
     if known.curve is not None and POSITION.name in columns:
         columns[POSITION.name] = known.curve.position(columns[POSITION.name])
@@ -185,11 +190,31 @@ def measured_signals(
     return as_signals(columns | {TIME: columns["time"]}, channels)
 
 
-def _columns(
+def _pieces(
     source: Source, known: ChannelMap, measured: Mapping[str, Mapped] | None = None
 ) -> Iterator[dict[str, Array]]:
+    """Columns of the log in SI, at the map's period if it has one; with what was measured only if it is asked for."""
+    unwrapped, counted = None, known.angle
+    if counted is not None:
+        beside = None if counted.speed is None else _converter(source, known, counted.speed, "speed")
+        unwrapped = Unwrapped(source.file, known.roles["speed"].channel, counted, known.roles["speed"].scale, beside)
+    columns = _columns(source, known, measured or {}, unwrapped)
+    if known.period is None:
+        yield from columns
+        return
+    commands = frozenset(column_of(name) for name in known.commands)
+    resampler = Resampler(known.period, source.file, None if unwrapped is None else unwrapped.unknown, commands)
+    for block in columns:
+        made = resampler.push(block)
+        if len(made["time"]):
+            yield made
+
+
+def _columns(
+    source: Source, known: ChannelMap, measured: Mapping[str, Mapped], unwrapped: Unwrapped | None
+) -> Iterator[dict[str, Array]]:
     """Columns of the log in SI, of any length each; with what was measured only if it is asked for."""
-    held = _held_channels(known, measured or {})
+    held = _held_channels(known, measured)
     readings = {name: one for name, one in known.further.items() if name in _READINGS}
     roles = held | {name: (name, one) for name, one in readings.items()}
     to_si = {name: _converter(source, known, one, role) for name, (role, one) in roles.items()}
@@ -200,14 +225,22 @@ def _columns(
     }
     switches = {name: Switch(one.position, one.edge) for name, one in references.items() if one.position is not None}
     events = {name: one.mapped for name, one in references.items()} | readings
-    blocks = _by_name(source, {name: one for name, (_, one) in held.items()}, events, switches)
+    named = {name: one for name, (_, one) in held.items()}
+    if unwrapped is not None and unwrapped.counted.speed is not None:
+        named[BESIDE] = unwrapped.counted.speed
+    blocks = _by_name(source, named, events, switches)
+    if unwrapped is not None:
+        factor, offset = to_si.pop("speed")
+        blocks = unwrapped.over(blocks, factor, offset)
+        to_si["speed"] = (1.0, 0.0)
     blocks, base = _with_base(blocks, known.base)
     holds = {name: one.hold for name, (_, one) in held.items()}
     aligner = Aligner(base, holds, {name: one.hold for name, one in events.items()})
     constants = {_NAMES[role]: one.constant for role, one in known.roles.items() if not one.channel}
     least = {column_of(name): one.least for name, one in known.commands.items()}
-    count = 0
+    count, spans = 0, Spans()
     for block in blocks:
+        spans.take(block)
         aligned = aligner.push(block)
         count += len(aligned["time"])
         columns = {"time": aligned["time"]}
@@ -224,10 +257,38 @@ def _columns(
                 said = np.isfinite(aligned[name])
                 columns[REFERENCE.name][said] = aligned[name][said] * factor + offset
         yield columns
+    if count and (apart := spans.apart(_DRIVEN)):
+        raise LogError(f"has no samples{apart}", file=source.file)
     if not count:
         silent = [held[name][1].channel for name in aligner.silent]
-        what = f"has no samples of {', '.join(silent)}" if silent else "has no samples"
+        what = f"has no samples of {', '.join(silent)}" if silent else f"has no samples{spans.apart(_DRIVEN)}"
         raise LogError(f"{what}{_frames_missed(source, known)}", file=source.file)
+
+
+class Spans:
+    """From when to when the samples of each channel of a log go."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, tuple[float, float]] = {}
+
+    def take(self, block: Block) -> None:
+        """Take samples by channel."""
+        for name, samples in block.items():
+            times = samples.time[np.isfinite(samples.time)]
+            if times.size:
+                first, last = self._known.get(name, (np.inf, -np.inf))
+                self._known[name] = min(first, float(times.min())), max(last, float(times.max()))
+
+    def apart(self, names: tuple[str, str]) -> str:
+        """That two channels have no time in common, and what each has; "" if they have one."""
+        spans = [self._known.get(name) for name in names]
+        one, other = spans
+        if one is None or other is None or (one[0] <= other[1] and other[0] <= one[1]):
+            return ""
+        said = [
+            f"{name} from {span[0]:.9g} s to {span[1]:.9g} s" for name, span in zip(names, (one, other), strict=True)
+        ]
+        return f": the clocks do not meet: {', '.join(said)}"
 
 
 def _frames_missed(source: Source, known: ChannelMap) -> str:
@@ -266,18 +327,6 @@ def _held_channels(known: ChannelMap, measured: Mapping[str, Mapped]) -> dict[st
 def _given(values: Array, least: float) -> Array:
     """Commands that are none are left to whoever holds the last one."""
     return np.asarray(np.where(np.abs(values) < least, np.nan, values))
-
-
-def _resampled(columns: Iterator[dict[str, Array]], known: ChannelMap, file: str) -> Iterator[dict[str, Array]]:
-    """The columns at the map's period, if it has one."""
-    if known.period is None:
-        yield from columns
-        return
-    resampler = Resampler(known.period, file, known.angle, frozenset(column_of(name) for name in known.commands))
-    for block in columns:
-        made = resampler.push(block)
-        if len(made["time"]):
-            yield made
 
 
 def _converter(source: Source, known: ChannelMap, one: Mapped, role: str) -> tuple[float, float]:
@@ -342,7 +391,7 @@ def _regular(columns: Iterator[dict[str, Array]], samples: int) -> Iterator[dict
 def _as_signals(
     pieces: Iterator[dict[str, Array]], file: str, oil: str, *, is_clock_watched: bool
 ) -> Iterator[Signals]:
-    timed, clock = False, None if is_clock_watched else Falls(file)
+    timed, clock = False, None if is_clock_watched else ClockWatch()
     for number, columns in enumerate(pieces):
         if number == 0:
             check_temperature(columns[OIL_TEMPERATURE.name], file, oil)
@@ -361,7 +410,7 @@ def _as_signals(
     if not timed:
         raise LogError("has no time: not one sample has a number there", file=file)
     if clock is not None:
-        clock.warn()
+        warn_of_watched(file, [clock])
 
 
 def _commanded(columns: dict[str, Array]) -> list[Channel]:

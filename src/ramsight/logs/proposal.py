@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 
 from ramsight.log_formats import CAN
 from ramsight.logs.can_origins import Origins
+from ramsight.logs.channel_map import LONGEST
 from ramsight.logs.clock import Clock
+from ramsight.logs.drive_maps import FOLDER, known_by, recognised
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.guess import USUAL, is_share
-from ramsight.logs.inspect import Inspection
-from ramsight.logs.mapped import HOLD, Mapped
+from ramsight.logs.inspect import Channel, Inspection
+from ramsight.logs.mapped import HOLD, Mapped, Timed
 from ramsight.logs.temperatures import celsius
 from ramsight.units import FREEZING
 
 _SPARSE = 0.1  # share of empty cells from which they are no samples, rather than faults
 _RATED = {"speed": "3000 rpm", "torque": "35 N m"}  # examples of what 100 % is
 _ON_THE_PLATE = {"speed": "", "torque": ": object 6076h, or the motor's plate"}
+_ON_CHANGE = 0.8  # share of the samples that a channel at a period has
+_CHANGE_HOLD = 60.0  # s; for which a value holds at least that comes when it changes
+_LATE_FEW = 1.5  # longest distances that it may be late
 _LATE = 5.0  # usual distances of a channel's samples that it may be late
 
 
@@ -33,8 +39,14 @@ def map_text(found: Inspection, folder: Path | None = None) -> str:
         "# A value is sign * (scale * number + offset), in the unit; without them scale = 1 and offset = 0.",
         "",
     ]
-    if found.clock_found is not None:
-        lines += [_time_line(found.clock_found), ""]
+    if not found.known.roles:
+        names = [*(one.name for one in found.channels), *(() if found.clock is None else found.clock.timed.columns)]
+        lines[2:2] = [
+            f"# {known_by(one)}: perhaps a {one.title}; logs inspect --map {one.name} tries it"
+            for one in recognised(found.frames, names)
+        ]
+    if found.clock is not None:
+        lines += [_time_line(found.clock), ""]
     for role in ("speed", "torque", "temperature"):
         lines += [*_role_lines(found, role), ""]
     lines += _reference_lines(found)
@@ -45,12 +57,28 @@ def map_text(found: Inspection, folder: Path | None = None) -> str:
 
 
 def _time_line(clock: Clock) -> str:
-    if not clock.channel:
-        return 'time = { channel = "", unit = "s" }  # not found: name the column that is the clock, and its unit'
-    date = "" if clock.date is None else f", date = {_text(clock.date)}"
-    unit = "" if clock.is_stamp else f", unit = {_text(clock.unit)}"
-    note = f"  # {clock.to_check}" if clock.to_check else ""
-    return f"time = {{ channel = {_text(clock.channel)}{date}{unit} }}{note}"
+    timed = clock.timed
+    if not timed.channel and timed.period is None:
+        return (
+            'time = { channel = "", unit = "s" }  # not found: name the column that is the clock, and its unit;'
+            ' or how far rows are apart: time = { period = "20 ms" }'
+        )
+    said = [f"{key} = {_text(value)}" for key, value in _columns(timed) if value]
+    if timed.period is not None:
+        said.append(f'period = "{1e3 * timed.period:.12g} ms"')
+    elif clock.is_asked and not clock.evidence:
+        return f'# time = {{ {", ".join(said)}, period = "20 ms" }}  # needed: how far rows are apart; it numbers them'
+    elif clock.is_asked:
+        return f"# time = {{ {', '.join(said)}, unit = ... }}  # needed: {clock.evidence}"
+    elif not clock.is_stamp:
+        said.append(f"unit = {_text(timed.unit or 's')}")
+    if (timed.sign, timed.scale, timed.offset) != (1.0, 1.0, 0.0):
+        said += [f"sign = {timed.sign:g}", f"scale = {timed.scale!r}", f"offset = {timed.offset!r}"]
+    return f"time = {{ {', '.join(said)} }}" + (f"  # {clock.evidence}" if clock.evidence else "")
+
+
+def _columns(timed: Timed) -> tuple[tuple[str, str | None], ...]:
+    return ("channel", timed.channel), ("date", timed.date), ("week", timed.week)
 
 
 def _role_lines(found: Inspection, role: str) -> list[str]:
@@ -84,11 +112,33 @@ def _role_lines(found: Inspection, role: str) -> list[str]:
     if said.offset:
         lines.append(f"offset = {said.offset!r}")
     late = _LATE / channel.rate if channel.rate > 0 else 0.0
+    if comes_on_change(found, channel):
+        long = max(_CHANGE_HOLD, math.ceil(max(map(covered, found.channels))), math.ceil(channel.distances.longest))
+        return [*lines, f'hold = "{long:g} s"  # it comes when it changes, by its distances']
+    if role != "temperature" and is_slow(found, channel):
+        long = max(late, _LATE_FEW * channel.distances.longest)
+        return [*lines, f'hold = "{long:.2g} s"  # it comes seldom, {channel.distances.longest:.2g} s apart at most']
     if said.hold != HOLD[role] and found.known.roles:
         lines.append(f'hold = "{said.hold:g} s"')
     elif late > HOLD[role]:
         lines.append(f'hold = "{late:.2g} s"  # it comes every {1.0 / channel.rate:.2g} s')
     return lines
+
+
+def comes_on_change(found: Inspection, channel: Channel) -> bool:
+    """Whether a channel comes when it changes: as near as those that come always, and much seldomer in all."""
+    return channel.samples > 0 and covered(channel) < _ON_CHANGE * max(map(covered, found.channels))
+
+
+def covered(channel: Channel) -> float:
+    """How long the samples of a channel last, each for their usual distance [s]; what a pause takes is not in it."""
+    return channel.samples / channel.rate if channel.rate > 0 else 0.0
+
+
+def is_slow(found: Inspection, channel: Channel) -> bool:
+    """Whether a channel comes so seldom that no sensor works with its rate, and another comes fast enough."""
+    fastest = max((one.rate for one in found.channels if one.rate > 0), default=0.0)
+    return channel.rate * LONGEST < 1.0 <= fastest * LONGEST
 
 
 def _reference_lines(found: Inspection) -> list[str]:
@@ -109,7 +159,15 @@ def _align_lines(found: Inspection) -> list[str]:
     speed, torque = found.of("speed"), found.of("torque")
     lines = []
     if speed is not None and torque is not None:
-        if found.clock is not None and any(one.missing > _SPARSE * one.samples for one in (speed, torque)):
+        changing = [one for one in (speed, torque) if comes_on_change(found, one) or is_slow(found, one)]
+        is_sparse = found.clock is not None and any(one.missing > _SPARSE * one.samples for one in (speed, torque))
+        if len(changing) == 1:
+            base = "torque" if changing[0] is speed else "speed"
+            sparse = ['empty = "no sample"  # an empty cell is no change'] if found.clock is not None else []
+            return ["[align]", *sparse, f'base = "{base}"  # the other comes seldom, or when it changes', ""]
+        if len(changing) == 2:
+            lines.append("# speed and torque come when they change: log one of them at a period, it is the log's clock")
+        if is_sparse:
             lines.append('empty = "no sample"  # each column has its own rate; "missing" if empty cells are faults')
         if speed.samples != torque.samples or found.clock is None:
             base = "speed" if speed.samples < torque.samples else "torque"
@@ -148,7 +206,10 @@ def _can_lines(found: Inspection, folder: Path | None) -> list[str]:
             '# objects = ["606Ch", "6077h"]  # mapped one after the other',
         ]
     lines = ["[can]"]
-    names = [Path(os.path.relpath(path, folder or Path())).as_posix() for path in known.dbc]
+    names = [
+        path.name if path.parent == FOLDER else Path(os.path.relpath(path, folder or Path())).as_posix()
+        for path in known.dbc
+    ]
     if names:
         lines.append(f"dbc = {_text(names[0]) if len(names) == 1 else '[' + ', '.join(map(_text, names)) + ']'}")
     lines += _origin_lines(found)
@@ -174,6 +235,11 @@ def _origin_lines(found: Inspection) -> list[str]:
         named = ", ".join(f"0x{one:02X}" for one in sources)
         read = ", ".join(f"0x{one:02X}" for one in (sources[0], *origins.others))
         lines.append(f"# source = [{read}]  # needed: J1939 addresses; the drive is one of {named}")
+    if known.destinations:
+        lines.append(f"destination = [{', '.join(f'0x{one:02X}' for one in known.destinations)}]")
+    elif origins.destinations:
+        named = ", ".join(f"0x{one:02X}" for one in origins.destinations)
+        lines.append(f"# destination = 0x{origins.destinations[0]:02X}  # needed: frames go to {named}")
     if known.j1939 is not None:
         lines.append(f"j1939 = {str(known.j1939).lower()}")
     return lines

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ramsight.errors import LogError
 from ramsight.logs.align import Array
 from ramsight.logs.channels import MOTOR_SPEED, READINGS, REFERENCE
-from ramsight.logs.mapped import Counted
 
 _MOMENTARY = frozenset(one.name for one in (REFERENCE, *READINGS))
 _START = 1e-9  # s; rounding of a clock in milliseconds
@@ -17,22 +19,22 @@ class Resampler:
     """Takes columns over time and gives them at equal distances; what it needs of earlier ones it keeps.
 
     A sample is the mean over its period, half before and half after it. A speed that comes from an angle is the angle
-    of the period over its length, so that no revolution is missing. A command is the newest one; a reference or an
-    occasional reading is taken by the sample after it.
+    of the period over its length, so that no revolution is missing; none is known where the angle is not. A command is
+    the newest one; a reference or an occasional reading is taken by the sample after it.
 
     Args:
         period: of the new samples [s].
         file: for messages.
-        angle: how the column of the speed counts an angle; None where it is a speed.
+        unknown: spans in which the angle in the column of the speed is not known [s]; None where it is a speed.
         newest: columns whose newest value counts.
     """
 
-    def __init__(self, period: float, file: str, angle: Counted | None, newest: frozenset[str]) -> None:
-        self._period, self._file, self._angle, self._newest = period, file, angle, newest
+    def __init__(
+        self, period: float, file: str, unknown: Sequence[tuple[float, float]] | None, newest: frozenset[str]
+    ) -> None:
+        self._period, self._file, self._unknown, self._newest = period, file, unknown, newest
         self._held: dict[str, Array] = {}
         self._next: float | None = None
-        self._last_count = np.nan
-        self._turned = 0.0
 
     def push(self, columns: dict[str, Array]) -> dict[str, Array]:
         """Take columns, over `time` [s].
@@ -43,11 +45,9 @@ class Resampler:
         Raises:
             LogError: time does not increase.
         """
-        known = {name: column.copy() for name, column in columns.items()}
-        if self._angle is not None:
-            known[MOTOR_SPEED.name] = self._unwrapped(self._angle, known[MOTOR_SPEED.name])
         held = {
-            name: np.concatenate([self._held[name], column]) if self._held else column for name, column in known.items()
+            name: np.concatenate([self._held[name], column]) if self._held else column.copy()
+            for name, column in columns.items()
         }
         time = held["time"]
         if not len(time):
@@ -67,26 +67,23 @@ class Resampler:
         self._held = {name: column[keep:] for name, column in held.items()}
         return made | {"time": at}
 
-    def _unwrapped(self, angle_of: Counted, counts: Array) -> Array:
-        """Angle without jumps [rad], from where it was."""
-        if not len(counts):
-            return counts
-        begun = not np.isnan(self._last_count)
-        angle = angle_of.radians(counts, self._last_count)
-        start = angle_of.radians(np.array([self._last_count]), np.nan)[0] if begun else angle[0]
-        turned: Array = self._turned + (angle - start)
-        self._turned, self._last_count = float(turned[-1]), float(counts[-1])
-        return turned
-
     def _column(self, name: str, column: Array, time: Array, at: Array) -> Array:
         before, after = at - 0.5 * self._period, at + 0.5 * self._period
-        if name == MOTOR_SPEED.name and self._angle is not None:
-            return np.asarray((np.interp(after, time, column) - np.interp(before, time, column)) / self._period)
+        if name == MOTOR_SPEED.name and self._unknown is not None:
+            speed = (np.interp(after, time, column) - np.interp(before, time, column)) / self._period
+            return np.where(_touches(self._unknown, before, after), np.nan, speed)
         if name in self._newest:
             return np.asarray(column[np.maximum(np.searchsorted(time, at + _START, side="right") - 1, 0)])
         if name in _MOMENTARY:
             return _last_known(column, time, at, self._period)
         return _mean(column, time, before, after)
+
+
+def _touches(spans: Sequence[tuple[float, float]], before: Array, after: Array) -> NDArray[np.bool_]:
+    """Which periods have a part of one of some spans in them."""
+    begins, ends = np.array(sorted(spans) or [(np.inf, -np.inf)]).T
+    last = np.searchsorted(begins, after - _START) - 1  # of the spans that begin before the period ends
+    return np.asarray((last >= 0) & (np.maximum.accumulate(ends)[last] > before + _START))
 
 
 def _mean(column: Array, time: Array, before: Array, after: Array) -> Array:

@@ -15,6 +15,8 @@ _WIDE = 140  # columns where the output goes into a file or a pipe
 _EXTENDED = 1 << 31
 _MOST = 2000  # channels of one file in the table; those with a use come before all others
 
+_MOST_CLOCKS = 20
+
 
 def show(found: Inspection) -> None:
     """Print the channels on standard output."""
@@ -27,14 +29,9 @@ def show(found: Inspection) -> None:
 def inspection_table(found: Inspection) -> RenderableType:
     """The channels of a log, or the frames of one that nobody explained."""
     parts: list[RenderableType] = []
-    if found.clock is not None and not found.clock[0]:
-        parts.append(Text("clock: not found; the channel map has to name it"))
-    elif found.clock is not None:
-        spans = [one for one in found.channels if one.samples]
-        first, last = min((one.first for one in spans), default=0.0), max((one.last for one in spans), default=0.0)
-        parts.append(
-            Text(f"clock: {plain(found.clock[0])} [{plain(found.clock[1])}], from {first:.9g} s to {last:.9g} s")
-        )
+    if found.clock is not None:
+        parts.append(Text(_clock(found)))
+    parts += [Text(plain(one)) for one in found.clocks[:_MOST_CLOCKS]]
     if found.channels:
         table = _empty("channel", "unit", "samples", "missing", "rate", "least", "most", "use")
         shown = found.channels
@@ -53,6 +50,22 @@ def inspection_table(found: Inspection) -> RenderableType:
             table.add_row(f"0x{key & ~_EXTENDED:X}", kind, str(count), str(length))
         parts.append(table)
     return Group(*parts)
+
+
+def _clock(found: Inspection) -> str:
+    """The clock of a table, what it is taken from, and from when to when it goes."""
+    assert found.clock is not None
+    timed, evidence = found.clock.timed, found.clock.evidence
+    if not timed.channel and timed.period is None:
+        return "clock: not found; the channel map has to name it, or state how far rows are apart"
+    named = plain(" ".join(timed.columns)) or "rows"
+    said = f"{1e3 * timed.period:.9g} ms" if timed.period else plain(timed.unit or "s")
+    if found.clock.is_asked:
+        what = f"its unit is open: {evidence}" if evidence else "it numbers the rows, and nothing says their period"
+        return f"clock: {named}; {what}; the channel map has to state it"
+    spans = [one for one in found.channels if one.samples]
+    first, last = min((one.first for one in spans), default=0.0), max((one.last for one in spans), default=0.0)
+    return f"clock: {named} [{said}], from {first:.9g} s to {last:.9g} s" + (f"; {evidence}" if evidence else "")
 
 
 def _empty(*headings: str) -> Table:

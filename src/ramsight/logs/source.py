@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 
 from ramsight.errors import LogError, UnknownNameError
 from ramsight.logs.align import Block, Samples
+from ramsight.logs.column_names import is_series_name, is_value_name
 from ramsight.logs.digits import is_digits
-from ramsight.logs.lines import Advance, file_name
-from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.lines import Advance, file_name, printable
+from ramsight.logs.mapped import ChannelMap, Timed
+from ramsight.logs.row_clock import RowClock, Rows, turned
 from ramsight.optional import imported
 
-_DAY = 86400.0  # s
+_MOST_SERIES = 100  # texts of a column that are looked at
+_LISTED = 6
 _IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
 _ENDINGS = {
     "rpm": "rpm", "nm": "N m", "c": "degC", "degc": "degC", "k": "K", "s": "s", "ms": "ms", "us": "us", "m": "m",
@@ -56,9 +59,6 @@ class Source(ABC):
     has_clock_watched = False
     """Whether it warns by itself of a clock that goes back."""
 
-    clock: str | None = None
-    """The column that is the clock, where the kind of file needs one."""
-
     def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
         self.path, self.file, self.advance = Path(path), file_name(path), advance
 
@@ -86,6 +86,10 @@ class Source(ABC):
         """Why channels cannot be read as numbers over time, "" or nothing for those that can."""
         return {}
 
+    def clock_report(self) -> list[str]:
+        """From what the channels have their times, where they do not share one."""
+        return []
+
     def check(self, channels: Sequence[str]) -> None:
         """Refuse channels that are not in the file."""
         names = dict.fromkeys(one.name for one in self.offered())
@@ -95,59 +99,103 @@ class Source(ABC):
 
 
 class TableSource(Source):
-    """A source of rows with a clock column: all channels come together, unless empty cells are no samples."""
+    """A source of rows: all channels come together, unless empty cells are no samples.
+
+    Attributes:
+        time: its clock, None where none is known.
+        is_clock_needed: whether samples without a time are rejected.
+    """
+
+    is_clock_needed = True
 
     def __init__(self, path: str | Path, file_map: ChannelMap | None, advance: Advance | None = None) -> None:
         super().__init__(path, advance)
         self.sparse = file_map is not None and file_map.sparse
-        if file_map is not None and file_map.time is not None:
-            self.clock = file_map.time.channel
-            self.clock_unit = file_map.time.unit
-            self.date = file_map.date
+        self.time: Timed | None = None if file_map is None else file_map.time
 
-    clock_unit: str | None = None
-    date: str | None = None
-    """A column of dates beside a clock that is a time of day."""
-    _is_in_days = False
-    _begun: float | None = None
-    is_clock_needed = True
-    """Whether samples without a time are rejected."""
+    @abstractmethod
+    def rows(self, numbers: Sequence[str], stamps: Sequence[str]) -> Iterator[Rows]:
+        """The rows in their order, some at a time; once.
 
-    def clocked(self) -> tuple[str, float]:
-        """The clock column, and seconds for one of its units; "" if there is none and none is needed."""
-        from ramsight.logs.mapped import to_si_of
+        Args:
+            numbers: columns of numbers.
+            stamps: columns that together say when a row was.
+        """
 
-        if self.clock is None and not self.is_clock_needed:
-            return "", 1.0
-        if self.clock is None:
-            raise LogError("a table needs a clock: the map has no [time] with channel and unit", file=self.file)
-        self.check([self.clock])
-        unit = self.clock_unit or self.unit_of(self.clock) or "s"
-        second = to_si_of(unit, "time", None, file=self.file, key=self.clock)[0]
-        self._is_in_days = second == _DAY
-        return self.clock, second
+    @abstractmethod
+    def first_numbers(self, name: str) -> NDArray[np.float64]:
+        """The numbers in the first rows of a column, NaN where there is none; asked before `rows`."""
+
+    def first_stamp(self, name: str) -> str:
+        """The first cell of a column if it is a date or a time of day, else ""; asked before `rows`."""
+        return ""
+
+    def first_stamps(self, names: Sequence[str]) -> NDArray[np.float64]:
+        """The times in the first rows of columns of dates and times of day [s]; asked before `rows`."""
+        return np.empty(0)
+
+    @property
+    def head(self) -> list[str]:
+        """The lines of text before the table."""
+        return []
+
+    def texts(self, name: str, most: int) -> list[str]:
+        """The different texts in a column, some of them where there are more; read apart from the rows."""
+        return []
+
+    def check_wide(self) -> None:
+        """Refuse a table with a row for each value of a series, where a column each is needed."""
+        names = [one.name for one in self.offered()]
+        if not any(is_value_name(name) for name in names):
+            return
+        for name in filter(is_series_name, names):
+            series = self.texts(name, _MOST_SERIES)
+            if len(series) > 1:
+                listed = ", ".join(map(printable, series[:_LISTED]))
+                raise LogError(
+                    f"there is a row for each value of a series ({listed}), one below the other: write a column for"
+                    " each series, over one clock",
+                    file=self.file,
+                    column=name,
+                )
 
     def check_one_clock(self) -> None:
         """Refuse a table in which columns have clocks of their own; by the look of its first rows."""
 
-    @abstractmethod
-    def first_numbers(self, name: str) -> NDArray[np.float64]:
-        """The numbers in the first rows of a column, NaN where there is none; asked before `blocks`."""
+    def row_clock(self) -> RowClock:
+        """How the rows have their times; asked before `rows`."""
+        timed = self.time
+        if timed is None and self.is_clock_needed:
+            text = "a table needs a clock: the map has no [time] with channel and unit, or with a period"
+            raise LogError(text, file=self.file)
+        if timed is None:
+            return RowClock(self.file, Timed(), {}, "", np.empty(0))
+        self.check(timed.columns)
+        stamps = {name: cell for name in timed.columns if (cell := self.first_stamp(name))}
+        is_stamped = timed.date is not None or timed.channel in stamps
+        first = np.empty(0)
+        if timed.channel:
+            first = self.first_stamps(timed.columns) if is_stamped else self.first_numbers(timed.channel)
+        unit = self.unit_of(timed.channel) if timed.channel else ""
+        return RowClock(self.file, timed, stamps, unit, first, is_stamped=is_stamped)
 
-    def as_block(
-        self, first_row: int, time: NDArray[np.float64], columns: dict[str, NDArray[np.float64]]
-    ) -> dict[str, Samples]:
-        """Rows of a table as samples of each channel; days count from the first, as dates do."""
-        if self._is_in_days:
-            known = time[np.isfinite(time)]
-            if self._begun is None and known.size:
-                self._begun = float(known[0])
-            time = time - (self._begun or 0.0)
-        order = np.arange(first_row, first_row + len(time), dtype=np.float64)
-        block = {name: Samples(order, time, values) for name, values in columns.items()}
-        if self.sparse:
-            block = {name: samples.where(np.isfinite(samples.value)) for name, samples in block.items()}
-        return block
+    def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
+        """The rows, some at a time, over the seconds of their clock; all at once where the newest is first."""
+        self.check_one_clock()
+        self.check_wide()
+        clock = self.row_clock()
+        self.check(channels)
+        wanted = list(dict.fromkeys([*clock.numbers, *channels]))
+        rows = self.rows(wanted, clock.stamps)
+        row = 0
+        for block in turned(rows, self.file) if clock.is_newest_first else rows:
+            time = clock.seconds(block, row)
+            order = np.arange(row, row + len(time), dtype=np.float64)
+            found = {name: Samples(order, time, block.columns[name]) for name in channels}
+            if self.sparse:
+                found = {name: samples.where(np.isfinite(samples.value)) for name, samples in found.items()}
+            yield found
+            row += len(time)
 
 
 def unit_in_name(name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -10,13 +11,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import LogError, UnknownNameError
+from ramsight.errors import DescriptionError, LogError, UnknownNameError, warn_of_log
 from ramsight.logs.align import Block, Samples
-from ramsight.logs.can_dbc import dbc_fields, j1939_group, source_address
+from ramsight.logs.arrival import OUT_OF_ORDER
+from ramsight.logs.can_dbc import dbc_fields, destination_address, j1939_group, source_address
 from ramsight.logs.can_field import Field
 from ramsight.logs.can_origins import Origins
 from ramsight.logs.can_pdo import pdo_fields
-from ramsight.logs.falls import Falls
+from ramsight.logs.clock_watch import ClockWatch, warn_of_watched
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance, check_file
@@ -25,6 +27,7 @@ from ramsight.logs.source import Offered, Source
 
 _AT_ONCE = 1 << 15  # frames that are wanted
 _WIDEST = 64
+_LISTED = 6  # identifiers in a message
 
 
 @dataclass
@@ -55,8 +58,14 @@ class CanSource(Source):
     def __init__(self, path: str | Path, file_map: ChannelMap | None, advance: Advance | None = None) -> None:
         super().__init__(path, advance)
         check_file(path)
+        if file_map is not None and file_map.time is not None:
+            raise DescriptionError(
+                "is for tables and groups: frames bring their own clock", file=file_map.file or self.file, key="time",
+                allowed="no [time]",
+            )  # fmt: skip
         self._bus = None if file_map is None else file_map.bus
         self._sources = frozenset(() if file_map is None else file_map.sources)
+        self._destinations = frozenset(() if file_map is None else file_map.destinations)
         self.origins = Origins(self.file)
         self.wanted: frozenset[int] = frozenset()
         self._exact: dict[int, list[Field]] = {}
@@ -126,28 +135,40 @@ class CanSource(Source):
         found: dict[int, Frames] = {}
         waiting, number, begun = 0, -1, None
         counted: dict[int, list[int]] = {}
-        clock = Falls(self.file)
+        clocks: dict[int, ClockWatch] = {}
+        leaps: list[tuple[float, float]] = []
+        long: set[int] = set()
+        last = math.nan
         for time, key, bus, data in open_frames(self.path, self.advance):
             number += 1
             if begun is None:
                 begun = time
-            clock.take(time)
+            if time < last - OUT_OF_ORDER:
+                leaps.append((last, time))
+            last = time
             if data is None or (self._bus is not None and bus != self._bus):
                 continue
-            tally = counted.setdefault(key, [0, 0])
+            if key not in counted:
+                counted[key], clocks[key] = [0, 0], ClockWatch()
+            tally = counted[key]
             tally[0] += 1
             tally[1] = max(tally[1], len(data))
+            clocks[key].take(time)
             identifier = key
             if key not in exact and key & ~EXTENDED in exact:  # of eight digits in the log, and yet of 11 bits
                 key = key & ~EXTENDED
+                long.add(key)
             if key not in exact:
                 key = j1939_group(key & ~EXTENDED) if groups and key & EXTENDED else -1
                 if key not in groups:
                     continue
-                if self._sources and source_address(identifier) not in self._sources:
-                    self.origins.pass_over(key, source_address(identifier))
+                source, to = source_address(identifier), destination_address(identifier)
+                if self._sources and source not in self._sources:
+                    self.origins.pass_over(key, source)
                     continue
-                self.origins.take(key, bus, source_address(identifier))
+                if self._destinations and to is not None and to not in self._destinations:
+                    continue
+                self.origins.take(key, bus, source, to)
             else:
                 self.origins.take(key, bus, None)
             frames = found.get(key)
@@ -160,7 +181,11 @@ class CanSource(Source):
             if waiting >= _AT_ONCE:
                 yield found
                 found, waiting = {}, 0
-        clock.warn()
+        if long:
+            listed = ", ".join(f"{key:X}h" for key in sorted(long)[:_LISTED])
+            text = f"frames {listed} have identifiers of 29 bits here, and 11 in the map: they are taken for the same"
+            warn_of_log(text, file=self.file)
+        warn_of_watched(self.file, clocks.values(), leaps)
         self.seen = {key: (count, longest) for key, (count, longest) in sorted(counted.items())}
         if found:
             yield found

@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import DescriptionError, LogError
-from ramsight.logs.align import Block
+from ramsight.logs.clock_units import second_of
 from ramsight.logs.csv_table import CsvTable
-from ramsight.logs.lines import Advance
+from ramsight.logs.header import split
+from ramsight.logs.lines import Advance, line_blocks
 from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.row_clock import Rows
 from ramsight.logs.rows import MISSING, number_of
-from ramsight.logs.since_first import SinceFirst
 from ramsight.logs.source import Offered, TableSource, unit_in_name
-from ramsight.logs.stamps import is_stamp
+from ramsight.logs.stamps import is_stamp, stamp_seconds
 from ramsight.logs.two_clocks import are_two_clocks, is_clock_like
-from ramsight.units import parse
 
 
 class CsvSource(TableSource):
@@ -29,6 +29,7 @@ class CsvSource(TableSource):
 
     def __init__(self, path: str | Path, file_map: ChannelMap | None, advance: Advance | None = None) -> None:
         super().__init__(path, file_map, advance)
+        self.table_path = Path(path)
         self.table = CsvTable(path, None if file_map is None else file_map.form, advance=advance)
 
     def offered(self) -> list[Offered]:
@@ -36,36 +37,23 @@ class CsvSource(TableSource):
         pairs = zip(self.table.names, self.table.units, strict=True)
         return [Offered(name, unit or unit_in_name(name)) for name, unit in pairs if name]
 
-    def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
-        """Some megabytes of rows at a time; cells without a number are NaN, dates and times count from the first."""
-        self.check_one_clock()
-        stamps = self.stamps()
-        since = SinceFirst(" ".join(self.first_stamp(name) for name in stamps))
-        clock, second = ("", 1.0) if stamps else self.clocked()
-        self.check([*stamps, *channels])
-        wanted = list(dict.fromkeys([*([clock] if clock else []), *channels]))
-        row = 0
-        for rows in self.table.blocks(wanted, gaps=wanted, stamps=stamps):
-            columns = dict(zip(wanted, rows[1:] if stamps else rows, strict=True))
-            if stamps:
-                time = since(rows[0])
-            elif clock:
-                time = columns[clock] * second
-            else:
-                time = np.full(rows.shape[1], np.nan)
-            yield self.as_block(row, time, {name: columns[name] for name in channels})
-            row += rows.shape[1]
+    def rows(self, numbers: Sequence[str], stamps: Sequence[str]) -> Iterator[Rows]:
+        """Some megabytes of rows at a time; cells without a number are NaN."""
+        for rows in self.table.blocks(numbers, gaps=numbers, stamps=stamps):
+            named = dict(zip(numbers, rows[1:] if stamps else rows, strict=True))
+            yield Rows(rows.shape[1], named, rows[0] if stamps else None)
 
-    def stamps(self) -> tuple[str, ...]:
-        """The columns of the clock if they hold dates or times of day, looked at before `blocks`."""
-        if self.clock is None:
-            return ()
-        if self.date is not None:
-            return (self.date, self.clock)
-        return (self.clock,) if self.first_stamp(self.clock) else ()
+    def first_stamps(self, names: Sequence[str]) -> NDArray[np.float64]:
+        """The times in the first rows of columns of dates and times of day [s]; looked at before `rows`."""
+        places = [self.table.places[name][0] for name in names]
+        times = np.full(len(self._first_rows), math.nan)
+        for number, (_, row) in enumerate(self._first_rows):
+            with suppress(ValueError, IndexError):
+                times[number] = stamp_seconds(" ".join(row[place].strip() for place in places))
+        return times
 
     def first_stamp(self, name: str) -> str:
-        """The first cell of a column if it is a date or a time of day, else ""; looked at before `blocks`."""
+        """The first cell of a column if it is a date or a time of day, else ""; looked at before `rows`."""
         places = self.table.places.get(name, [])
         if len(places) != 1:
             return ""
@@ -75,27 +63,29 @@ class CsvSource(TableSource):
         return first if is_stamp(first) else ""
 
     def check_one_clock(self) -> None:
-        """Refuse a table in which columns have clocks of their own; looked at before `blocks`."""
-        if self.clock is None or self.clock not in self.table.places:
+        """Refuse a table in which columns have clocks of their own; looked at before `rows`."""
+        named = "" if self.time is None else self.time.channel
+        if self.time is None or named not in self.table.places:
             return
-        if len(self.table.places[self.clock]) > 1:
+        if len(self.table.places[named]) > 1:
             raise LogError(
                 "is there more than once: a table has one clock; write all channels over one, or a file for each",
                 file=self.file,
                 line=self.table.first_row - 1,
-                column=self.clock,
+                column=named,
             )
-        clock = self._first_times(self.table.places[self.clock][0], self.clock_unit)
+        period = self.time.period
+        clock = self._first_times(self.table.places[named][0], f"{period} s" if period else self.time.unit)
         others = []
         for place, name in enumerate(self.table.names):
             unit = self.table.units[place] or unit_in_name(name)
-            if name in ("", self.clock) or not is_clock_like(name, unit):
+            if name in ("", *self.time.columns) or not is_clock_like(name, unit):
                 continue
             if are_two_clocks(clock, self._first_times(place, unit)):
                 others.append(name)
         if others:
             raise LogError(
-                f"the columns {', '.join(others[:_LISTED])} are clocks that go on otherwise than {self.clock}: a table"
+                f"the columns {', '.join(others[:_LISTED])} are clocks that go on otherwise than {named}: a table"
                 " has one clock; write all channels over one, or a file for each",
                 file=self.file,
             )
@@ -103,7 +93,7 @@ class CsvSource(TableSource):
     def _first_times(self, place: int, unit: str | None) -> NDArray[np.float64]:
         """The first numbers of a column in seconds, NaN where it has none."""
         try:
-            second = parse(f"1 {unit or 's'}", "s")
+            second = second_of(unit or "s")
         except DescriptionError:
             second = math.nan
         times = np.full(len(self._first_rows), math.nan)
@@ -113,8 +103,29 @@ class CsvSource(TableSource):
         return times
 
     def first_numbers(self, name: str) -> NDArray[np.float64]:
-        """The numbers in the first rows of a column, NaN where there is none; looked at before `blocks`."""
+        """The numbers in the first rows of a column, NaN where there is none; looked at before `rows`."""
         return self._first_times(self.table.places[name][0], "s")
+
+    def texts(self, name: str, most: int) -> list[str]:
+        """The different texts in a column, in their order; in a pass of its own over the file."""
+        place, found = self.table.places[name][0], dict[str, None]()
+        if not self._note(place).startswith("text"):
+            return []
+        lines = self.table.first_row - 1
+        for block in line_blocks(self.table_path, encoding=self.table.encoding):
+            for text in block.decode("utf-8").removesuffix("\n").split("\n")[lines:]:
+                cells = split(text, self.table.separator)
+                if len(cells) == len(self.table.names) and cells[place].strip():
+                    found[cells[place].strip()] = None
+            if len(found) > most:
+                break
+            lines = 0
+        return list(found)
+
+    @property
+    def head(self) -> list[str]:
+        """The lines before the header."""
+        return self.table.head
 
     def notes(self, names: Sequence[str]) -> dict[str, str]:
         """Why columns cannot be read as numbers, "" for those that can by the look of their first rows."""
@@ -122,7 +133,7 @@ class CsvSource(TableSource):
 
     @cached_property
     def _first_rows(self) -> list[tuple[int, list[str]]]:
-        """The first rows as text, but for the header once more; taken before `blocks` for all columns at once."""
+        """The first rows as text, but for the header once more; taken before `rows` for all columns at once."""
         rows = self.table.first_cells(_LOOKED_AT)
         return [(line, row) for line, row in rows if [cell.strip() for cell in row] != self.table.names]
 

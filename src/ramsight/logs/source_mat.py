@@ -1,6 +1,7 @@
 """Logs in MATLAB's files (``.mat``): version 5 as SciPy reads them, 7.3 as HDF5.
 
-Vectors are channels, columns of matrices too (``name[2]``), those in structures ``structure.field``. Objects of classes
+Vectors are channels, columns of matrices too (``name[2]``), or rows of wide ones, those in structures
+``structure.field``. Objects of classes
 (timeseries, timetable, datetime) are stored in a way that only MATLAB knows.
 """
 
@@ -41,7 +42,8 @@ class MatSource(GroupSource):
             raise LogError(f"is no file of MATLAB, or a damaged one: {first_line(error)}", file=self.file) from None
         if not found:
             raise LogError(
-                "has no vectors of numbers: objects (timeseries, timetable) are read by MATLAB alone, write vectors",
+                "has no vectors of numbers: text is none, and objects (timeseries, timetable) are read by MATLAB alone;"
+                " write vectors",
                 file=self.file,
             )
         return by_length("mat", found)
@@ -103,11 +105,12 @@ def _check_stored(name: str, one: Any) -> None:
 
 
 def _columns(name: str, value: Any) -> Iterator[tuple[str, Recorded]]:
-    """A vector, or the columns of a matrix that is higher than it is wide."""
+    """A vector, or the columns of a matrix; its rows where it is wider than high, as Simulink's To File writes them."""
     if value.dtype.kind not in "iufb":
         return
     if value.ndim == 1:
         yield name, Recorded(value.astype(np.float64))
-    elif value.ndim == 2 and value.shape[1] <= min(_WIDEST, value.shape[0]):
-        for number in range(value.shape[1]):
-            yield f"{name}[{number + 1}]", Recorded(value[:, number].astype(np.float64))
+    elif value.ndim == 2 and min(value.shape) <= _WIDEST:
+        signals = value if value.shape[1] > value.shape[0] else value.T
+        for number, one in enumerate(signals, start=1):
+            yield f"{name}[{number}]", Recorded(one.astype(np.float64))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -11,14 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from ramsight.errors import LogError, warn_of_log
+from ramsight.errors import DescriptionError, LogError, warn_of_log
 from ramsight.logs.align import Block, Samples
-from ramsight.logs.falls import Falls
+from ramsight.logs.arrival import arrivals
+from ramsight.logs.clock_watch import ClockWatch, warn_of_clocks, warn_of_watched
 from ramsight.logs.lines import Advance, first_line
-from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.mapped import ChannelMap, Timed
 from ramsight.logs.mcap_chunk import unpacked_chunk
-from ramsight.logs.mcap_content import DAMAGED, Contents, Decoder
+from ramsight.logs.mcap_content import DAMAGED, MOST_LISTED, Contents, Decoder
 from ramsight.logs.packed import opened
+from ramsight.logs.row_clock import rising, whole_clock
 from ramsight.logs.source import Offered, Source, needs, unit_in_name
 from ramsight.units.algebra import NANOSECONDS
 
@@ -27,6 +30,11 @@ _LARGEST = 1 << 28  # bytes of a record; a recorder's chunk has a few million
 _LISTED = 6  # topics in a message
 _FIRST_MESSAGES = 20  # of a topic, that are looked into where no schema says what it has
 _DEEPEST = 8  # objects in objects
+UNITS = {"JointState": {"position": "rad", "velocity": "rad/s", "effort": "N m"}}
+"""Units of messages of ROS, as the definition of sensor_msgs/JointState states them for joints that turn."""
+_IN_LIST = re.compile(r"(.*)\[([0-9]{1,3})\]")
+_SECONDS = (("sec", "nanosec"), ("secs", "nsecs"), ("seconds", "nanos"), ("sec", "nsec"))
+"""Fields of a time stamp in messages of ROS 2, ROS 1 and protobuf."""
 _NUMBERS = {"number", "integer", "boolean"}
 
 
@@ -51,6 +59,9 @@ class McapSource(Source):
                         RuntimeError, AssertionError, OverflowError)  # fmt: skip
         self._contents = Contents()
         self._others: dict[str, str] = {}
+        self._lists: set[str] = set()
+        self._units: dict[str, Mapping[str, str]] = {}
+        self.time = None if file_map is None else file_map.time
         self._topics = self._find()
         self._look_into_messages()
         self._places = _named(self._topics)
@@ -95,10 +106,13 @@ class McapSource(Source):
             topic, field = self._places[channel]
             wanted.setdefault(topic, []).append((channel, field))
         rows: dict[str, list[list[float]]] = {topic: [] for topic in wanted}
+        if self.time is not None:
+            yield self._stamped(wanted, self.time)
+            return
         last, place, count = -1, 0, 0
-        clock = Falls(self.file)
+        clocks = {topic: ClockWatch() for topic in wanted}
         for topic, stamp, message in self._messages(wanted):
-            clock.take(stamp / NANOSECONDS)
+            clocks[topic].take(stamp / NANOSECONDS)
             if count >= _AT_ONCE and stamp != last:
                 yield _block(rows, wanted)
                 rows, count = {topic: [] for topic in wanted}, 0
@@ -106,10 +120,44 @@ class McapSource(Source):
             last, count = stamp, count + 1
             values = [_number(_field(message, field)) for _, field in wanted[topic]]
             rows[topic].append([place, stamp / NANOSECONDS, *values])
-        clock.warn()
+        warn_of_watched(self.file, clocks.values())
         yield _block(rows, wanted)
         if self.advance is not None:
             self.advance(1.0)
+
+    def _stamped(self, wanted: Mapping[str, list[tuple[str, str]]], timed: Timed) -> Block:
+        """All samples over the times that stand in the messages; those of topics without one have that of the log."""
+        rows: dict[str, list[list[float]]] = {topic: [] for topic in wanted}
+        without, is_number = set[str](), True
+        clocks: dict[str, list[float]] = {topic: [] for topic in wanted}
+        for topic, stamp, message in self._messages(wanted):
+            found = _field(message, timed.channel)
+            said = _seconds(found)
+            is_number &= not isinstance(found, Mapping)
+            if said is None:
+                without.add(topic)
+            clocks[topic].append(stamp / NANOSECONDS if said is None else said)
+            rows[topic].append([_number(_field(message, field)) for _, field in wanted[topic]])
+        if without == {topic for topic, found in rows.items() if found}:
+            raise DescriptionError(
+                "is in no message", file=self.file, key="time.channel", value=timed.channel,
+                allowed='a number, or a stamp such as "header.stamp"',
+            )  # fmt: skip
+        said_unit = "" if is_number else "s"
+        topics = [topic for topic, found in rows.items() if found]
+        times = {
+            number: np.array(clocks[topic])
+            if topic in without
+            else rising(self.file, whole_clock(self.file, timed, said_unit, np.array(clocks[topic])), timed.channel)
+            for number, topic in enumerate(topics)
+        }
+        came = arrivals(times)
+        warn_of_clocks(self.file, times, came, dict(enumerate(topics)))
+        return {
+            channel: Samples(came[number].order, times[number], np.array(rows[topic])[:, place])
+            for number, topic in enumerate(topics)
+            for place, (channel, _) in enumerate(wanted[topic])
+        }
 
     def _messages(self, wanted: Mapping[str, object]) -> Iterator[tuple[str, int, dict[str, Any]]]:
         """Topic, time [ns] and content of the messages of some topics, as they stand in the file."""
@@ -171,17 +219,21 @@ class McapSource(Source):
                     self._others[record.topic] = record.message_encoding or "no encoding that is stated"
                     continue
                 fields = topics.setdefault(record.topic, {})
+                self._units[record.topic] = {} if schema is None else UNITS.get(schema.name.rpartition("/")[2], {})
                 if schema is not None and schema.encoding == "jsonschema":
                     fields.update(self._fields(schema.data))
+                    if b'"array"' in schema.data:
+                        self._lists.add(record.topic)
         return topics
 
     def _look_into_messages(self) -> None:
         """The fields of topics of which no schema says any, by their first messages."""
-        open_topics = {topic: 0 for topic, fields in self._topics.items() if not fields}
+        open_topics = {topic: 0 for topic, fields in self._topics.items() if not fields or topic in self._lists}
         if not open_topics:
             return
         for topic, _, message in self._messages(open_topics):
-            self._topics[topic].update(dict.fromkeys(_numbers_in(message), ""))
+            for name in _numbers_in(message):
+                self._topics[topic].setdefault(name, self._units.get(topic, {}).get(name.partition("[")[0], ""))
             open_topics[topic] += 1
             if min(open_topics.values()) >= _FIRST_MESSAGES:
                 return
@@ -217,10 +269,12 @@ def _declared_numbers(schema: Mapping[str, Any], before: str = "") -> Iterator[t
 
 
 def _numbers_in(message: Mapping[str, Any], before: str = "", deep: int = 0) -> Iterator[str]:
-    """The fields of a message that are numbers, those of objects in objects as ``OBJECT.FIELD``."""
+    """The fields of a message that are numbers: of objects in objects as ``OBJECT.FIELD``, of lists as ``FIELD[0]``."""
     for name, one in message.items():
         if isinstance(one, (int, float)):
             yield f"{before}{name}"
+        elif isinstance(one, list) and len(one) <= MOST_LISTED:
+            yield from (f"{before}{name}[{k}]" for k, value in enumerate(one) if isinstance(value, (int, float)))
         elif isinstance(one, dict) and deep < _DEEPEST:
             yield from _numbers_in(one, f"{before}{name}.", deep + 1)
 
@@ -229,9 +283,24 @@ def _field(message: Mapping[str, Any], field: str) -> object:
     """What stands in a field, or in that of an object in the message; None if it is not there."""
     if field in message:
         return message[field]
+    if (place := _IN_LIST.fullmatch(field)) is not None and "." not in place[2]:
+        listed, number = _field(message, place[1]), int(place[2])
+        return listed[number] if isinstance(listed, list) and number < len(listed) else None
     first, _, rest = field.partition(".")
     inner = message.get(first)
     return _field(inner, rest) if rest and isinstance(inner, dict) else None
+
+
+def _seconds(stamp: object) -> float | None:
+    """The number of a field that is a time, or the seconds of a stamp of two fields; None where there is none."""
+    if isinstance(stamp, (int, float)) and not isinstance(stamp, bool):
+        return float(stamp)
+    if not isinstance(stamp, Mapping):
+        return None
+    for whole, part in _SECONDS:
+        if isinstance(stamp.get(whole), (int, float)) and isinstance(stamp.get(part), (int, float)):
+            return float(stamp[whole]) + float(stamp[part]) / NANOSECONDS
+    return None
 
 
 def _named(topics: Mapping[str, Mapping[str, str]]) -> dict[str, tuple[str, str]]:

@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import LogError
+from ramsight.errors import DescriptionError, LogError
 from ramsight.logs.align import Block, Samples
 from ramsight.logs.arrival import arrivals
-from ramsight.logs.clock_warnings import warn_of_clocks
+from ramsight.logs.clock_watch import warn_of_clocks
 from ramsight.logs.frames_mdf import frame_groups
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.mdf_file import MdfFile
+from ramsight.logs.row_clock import rising, whole_clock
 from ramsight.logs.source import Offered, Source
 
 _AT_ONCE = 1 << 16  # samples of the busiest group
@@ -31,6 +32,8 @@ class MdfSource(Source):
         super().__init__(path, advance)
         self._mdf = MdfFile(path)
         self._places = self._find()
+        self.time = None if file_map is None else file_map.time
+        self._check_time()
         self.has_frames = bool(frame_groups(self._mdf))
 
     def _find(self) -> dict[str, tuple[int, int]]:
@@ -45,6 +48,28 @@ class MdfSource(Source):
             for place in found
         }
 
+    def _check_time(self) -> None:
+        """Refuse a clock that no group has: groups bring their own."""
+        if self.time is None or not self.time.channel:
+            return
+        names = [name for group in self._mdf.groups for name in group.names]
+        if self.time.channel not in names or self.time.date or self.time.week:
+            raise DescriptionError(
+                "is no channel of a group, and each group of MDF brings its own clock", file=self.file,
+                key="time.channel", value=self.time.channel, allowed="no [time], or a channel of a group",
+            )  # fmt: skip
+
+    def _clock(self, group: int) -> NDArray[np.float64]:
+        """The times of a group: by the channel or the period that the map states, else by its master channel [s]."""
+        timed, of = self.time, self._mdf.groups[group]
+        if timed is None or (timed.channel and timed.channel not in of.names):
+            return self._mdf.clock(group)
+        if not timed.channel:
+            return (timed.period or 0.0) * np.arange(float(of.cycles))
+        index = of.names.index(timed.channel)
+        numbers = self._values(timed.channel, group, index, slice(0, of.cycles))
+        return rising(self.file, whole_clock(self.file, timed, of.units[index], numbers), timed.channel)
+
     def offered(self) -> list[Offered]:
         """The channels of all groups that have samples, the clocks not among them."""
         found = []
@@ -55,7 +80,8 @@ class MdfSource(Source):
     def notes(self, names: Sequence[str]) -> dict[str, str]:
         """Why channels have no time, for those of groups whose master channel is none."""
         groups = {name: self._places[name][0] for name in names}
-        reasons = {number: self._mdf.groups[number].timeless for number in set(groups.values())}
+        is_timed = self.time is not None and not self.time.channel
+        reasons = {number: "" if is_timed else self._mdf.groups[number].timeless for number in set(groups.values())}
         return {name: f"group {group}: {reasons[group]}" for name, group in groups.items() if reasons[group]}
 
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
@@ -64,7 +90,7 @@ class MdfSource(Source):
         if not channels:
             return
         groups = sorted({self._places[channel][0] for channel in channels})
-        times = {group: self._mdf.clock(group) for group in groups}
+        times = {group: self._clock(group) for group in groups}
         came = arrivals(times)
         orders = {group: one.order for group, one in came.items()}
         busiest = max(groups, key=lambda group: len(times[group]))

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import LogError
-from ramsight.logs.align import Block
+from ramsight.logs.clock_units import DAY
 from ramsight.logs.lines import Advance, check_file, first_line
 from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.row_clock import Rows
 from ramsight.logs.source import Offered, TableSource, needs, unit_in_name
 from ramsight.units.algebra import NANOSECONDS
 
@@ -48,42 +49,71 @@ class ParquetSource(TableSource):
             found.append(Offered(one.name, "s" if self._is_stamp(one.type) else unit or unit_in_name(one.name), note))
         return found
 
-    def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
+    def rows(self, numbers: Sequence[str], stamps: Sequence[str]) -> Iterator[Rows]:
         """65 536 rows at a time; null is NaN."""
-        clock, second = self.clocked()
-        self.check(channels)
         counts = Counter(self._schema.names)
-        for name in (*([clock] if clock else []), *channels):
+        for name in (*stamps, *numbers):
             if counts[name] > 1:
                 raise LogError("is there more than once", file=self.file, column=name)
             kind = self._schema.field(name).type
-            if not (self._is_number(kind) or (name == clock and self._is_stamp(kind))):
+            if not (self._is_number(kind) or name in stamps):
                 raise LogError(f"holds {kind} where numbers are needed", file=self.file, column=name)
-        wanted = list(dict.fromkeys([*([clock] if clock else []), *channels]))
-        places = {name: place for place, name in enumerate(wanted)}
+        if len(stamps) > 1:
+            raise LogError(
+                "is no time of day beside a date: one column holds both here", file=self.file, column=stamps[-1]
+            )
+        wanted = list(dict.fromkeys([*stamps, *numbers]))
         row, total = 0, max(self._opened.metadata.num_rows, 1)
         try:
             for batch in self._opened.iter_batches(batch_size=_ROWS, columns=wanted, use_threads=False):
-                time = np.full(batch.num_rows, np.nan)
-                if clock:
-                    time = self._seconds(batch.column(places[clock]), second)
-                columns = {name: self._numbers(batch.column(places[name])) for name in channels}
-                yield self.as_block(row, time, columns)
-                row += len(time)
+                columns = {name: self._numbers(batch.column(name)) for name in numbers}
+                yield Rows(batch.num_rows, columns, self._seconds(batch.column(stamps[0])) if stamps else None)
+                row += batch.num_rows
                 if self.advance is not None:
-                    self.advance(len(time) / total)
+                    self.advance(batch.num_rows / total)
         except (self._arrow.ArrowException, OSError, ValueError, OverflowError, MemoryError) as error:
             raise LogError(f"is damaged after row {row}: {first_line(error)}", file=self.file) from None
 
+    def first_stamp(self, name: str) -> str:
+        """A stamp as text where a column holds time stamps, which says whether they have a zone; else ""."""
+        kind = self._schema.field(name).type if name in self._schema.names else None
+        if kind is None or not self._is_stamp(kind):
+            return ""
+        is_local = self._arrow.types.is_timestamp(kind) and kind.tz is None
+        return "1970-01-01 00:00:00" if is_local else "1970-01-01 00:00:00Z"
+
+    def texts(self, name: str, most: int) -> list[str]:
+        """The different texts in a column, in their order."""
+        if self._kind(self._schema.field(name).type) != "text" and not self._arrow.types.is_dictionary(
+            self._schema.field(name).type
+        ):
+            return []
+        found = dict[str, None]()
+        try:
+            for batch in self._opened.iter_batches(batch_size=_ROWS, columns=[name], use_threads=False):
+                found |= dict.fromkeys(str(one) for one in batch.column(0).unique().to_pylist() if one is not None)
+                if len(found) > most:
+                    break
+        except (self._arrow.ArrowException, OSError, ValueError, OverflowError, MemoryError):
+            return []  # `rows` says it
+        return list(found)
+
+    def first_stamps(self, names: Sequence[str]) -> NDArray[np.float64]:
+        """The times in the first rows of a column of time stamps [s]."""
+        column = self._first(names[-1])
+        return np.empty(0) if column is None else self._seconds(column)
+
     def first_numbers(self, name: str) -> NDArray[np.float64]:
         """The numbers in the first rows of a column, NaN where there is none."""
-        if not self._is_number(self._schema.field(name).type):
-            return np.empty(0)
+        column = self._first(name) if self._is_number(self._schema.field(name).type) else None
+        return np.empty(0) if column is None else self._numbers(column)
+
+    def _first(self, name: str) -> Any:
         try:
             batch = next(self._opened.iter_batches(batch_size=_LOOKED_AT, columns=[name], use_threads=False), None)
         except (self._arrow.ArrowException, OSError, ValueError, OverflowError, MemoryError):
-            return np.empty(0)  # `blocks` says it
-        return np.empty(0) if batch is None else self._numbers(batch.column(0))
+            return None  # `rows` says it
+        return None if batch is None else batch.column(0)
 
     def _kind(self, kind: Any) -> str:
         types = self._arrow.types
@@ -96,15 +126,15 @@ class ParquetSource(TableSource):
     def _is_stamp(self, kind: Any) -> bool:
         return bool(self._arrow.types.is_timestamp(kind) or self._arrow.types.is_duration(kind))
 
-    def _seconds(self, column: Any, second: float) -> NDArray[np.float64]:
-        if not self._is_stamp(column.type):
-            return self._numbers(column) * second
+    def _seconds(self, column: Any) -> NDArray[np.float64]:
+        """Seconds of time stamps from the midnight before the first of all."""
         stamps = self._arrow.types.is_timestamp(column.type)
         kind = self._arrow.timestamp("ns", column.type.tz) if stamps else self._arrow.duration("ns")
         ticks = column.cast(kind, safe=False).cast(self._arrow.int64())
         if self._since is None:
             known = ticks.drop_null()
-            self._since = known[0].as_py() if len(known) and stamps else 0
+            first = known[0].as_py() if len(known) and stamps else 0
+            self._since = first - first % int(DAY * NANOSECONDS)
         missing = ticks.is_null().to_numpy(zero_copy_only=False)
         counted = ticks.fill_null(self._since).to_numpy(zero_copy_only=False) - self._since
         return np.where(missing, np.nan, counted / NANOSECONDS)

@@ -7,11 +7,14 @@ import os
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from ramsight.constant import Constant
 from ramsight.errors import LogError, warn_of_log
+from ramsight.logs.column_names import guess_clock
 from ramsight.logs.lines import check_file, first_line
 from ramsight.logs.packed import opened
 from ramsight.logs.source import needs
@@ -34,14 +37,16 @@ class TdmsSource(GroupSource):
         try:
             with _quiet() as said, opened(self.path) as stored, nptdms.TdmsFile.open(stored) as file:
                 most = os.path.getsize(self.path)
-                groups = [one for group in file.groups() for one in _split(group, most)]
+                named = "" if self.time is None else self.time.channel
+                is_period = self.time is not None and not self.time.channel
+                groups = [one for group in file.groups() for one in _split(group, most, named, is_period=is_period)]
         except _DAMAGE as error:
             raise LogError(f"is no TDMS file, or a damaged one: {first_line(error)}", file=self.file) from None
         if said:
             warn_of_log(f"is read as far as it goes: {said[0]}", file=self.file)
         if not groups:
             raise LogError("has no channels with samples", file=self.file)
-        return _from_first(groups)
+        return _from_first(groups, self.file)
 
 
 @contextmanager
@@ -63,43 +68,63 @@ def _quiet() -> Iterator[list[str]]:
             one.handlers, one.propagate = handlers, propagate
 
 
-def _split(group: Any, most: int) -> list[Group]:
-    """The channels of a group by their clocks."""
-    waves: dict[tuple[float, float, float, int], dict[str, Recorded]] = {}
-    others: dict[str, Recorded] = {}
+def _split(group: Any, most: int, named: str, *, is_period: bool) -> list[tuple[Group, float | None]]:
+    """The channels of a group by their clocks, and when each began since 1970 [s], None where it is not said.
+
+    What the map states counts before the properties of waveforms.
+    """
+    read: dict[str, tuple[Recorded, Any]] = {}
     for channel in group.channels():
         count = len(channel)
         if channel.dtype is None or channel.dtype.kind not in "iufbM" or not count:
             continue
         if count > most:  # a byte a sample at least: more are claimed than are there
             raise ValueError(f"channel {channel.name} claims {count} samples")
-        known = channel.properties
         values = channel[:]
         if values.dtype.kind == "M":
             values, unit = values.astype("datetime64[ns]").astype(np.int64) / NANOSECONDS, "s"
         else:
-            unit = str(known.get(_UNIT, ""))
-        one = Recorded(np.asarray(values, dtype=np.float64), unit)
-        step = float(known.get(_STEP, 0.0))
-        if step > 0.0:
-            clock = (step, float(known.get(_OFFSET, 0.0)), _seconds(known.get(_START)), count)
-            waves.setdefault(clock, {})[channel.name] = one
+            unit = str(channel.properties.get(_UNIT, ""))
+        read[channel.name] = Recorded(np.asarray(values, dtype=np.float64), unit), channel.properties
+    lengths = {len(one.values) for name, (one, _) in read.items() if name == named}
+    clocks = {len(one.values) for name, (one, _) in read.items() if guess_clock([name]) is not None}
+    waves: dict[tuple[float, float, float | None, int], dict[str, Recorded]] = {}
+    others: dict[str, Recorded] = {}
+    for name, (one, known) in read.items():
+        count, step, start = len(one.values), float(known.get(_STEP, 0.0)), known.get(_START)
+        is_default = step == DEFAULT_STEP and start is None and count in clocks
+        if step > 0.0 and not (is_period or count in lengths or is_default):
+            waves.setdefault((step, float(known.get(_OFFSET, 0.0)), _seconds(start), count), {})[name] = one
         else:
-            others[channel.name] = one
+            others[name] = one
     several = len(waves) > 1
-    timed = [
-        Group(f"{group.name}[{k}]" if several else group.name, of, start + offset + step * np.arange(float(count)))
-        for k, ((step, offset, start, count), of) in enumerate(waves.items())
+    timed: list[tuple[Group, float | None]] = []
+    for k, ((step, offset, start, count), of) in enumerate(waves.items()):
+        name, clock = f"{group.name}[{k}]" if several else group.name, f"waveforms, a sample every {1e3 * step:.9g} ms"
+        timed.append((Group(name, of, offset + step * np.arange(float(count)), clock=clock), start))
+    return [*timed, *((one, None) for one in by_length(group.name, others))]
+
+
+DEFAULT_STEP = Constant(1.0, "s", "that LabVIEW gives a waveform of which nobody said another")
+
+
+def _seconds(start: Any) -> float | None:
+    """When a waveform began, since 1970 [s]; None where it is not said."""
+    return None if start is None else float(np.datetime64(start, "us").astype(np.int64)) / 1e6
+
+
+def _from_first(groups: list[tuple[Group, float | None]], file: str) -> list[Group]:
+    """The groups with times from the first of all; waveforms without a start time begin with the others."""
+    timed = [(one, start) for one, start in groups if one.time is not None]
+    stated = [start for _, start in timed if start is not None]
+    unknown = [name for one, start in timed if start is None for name in one.channels]
+    if stated and unknown:
+        text = f"the waveforms {', '.join(unknown)} have no start time; they are read as if they began with the others"
+        warn_of_log(text, file=file)
+    first = min(stated, default=0.0)
+    placed = [
+        one if one.time is None else replace(one, time=one.time + (first if start is None else start))
+        for one, start in groups
     ]
-    return [*timed, *by_length(group.name, others)]
-
-
-def _seconds(start: Any) -> float:
-    """When a waveform began, since 1970 [s]; 0 where it is not said."""
-    return 0.0 if start is None else float(np.datetime64(start, "us").astype(np.int64)) / 1e6
-
-
-def _from_first(groups: list[Group]) -> list[Group]:
-    """The same with times from the first of all."""
-    begun = min((float(one.time[0]) for one in groups if one.time is not None and len(one.time)), default=0.0)
-    return [one if one.time is None else Group(one.name, one.channels, one.time - begun) for one in groups]
+    begun = min((float(one.time[0]) for one in placed if one.time is not None), default=0.0)
+    return [one if one.time is None else replace(one, time=one.time - begun) for one in placed]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import datetime
+import re
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ from ramsight.logs.source import needs
 from ramsight.logs.source_csv import CsvSource
 
 _SEPARATOR = "\t"
+_FORMULA = re.compile(rb"<f(?:\s[^>]*)?(?:/>|>[^<]*</f>)\s*(?:</c>|<v\s*/>|<v>\s*</v>)")
 _DAMAGE = (zipfile.BadZipFile, ParseError, ValueError, KeyError, TypeError, IndexError, AttributeError, OSError,
            EOFError, zlib.error, MemoryError, OverflowError, NotImplementedError, SyntaxError)  # fmt: skip
 
@@ -44,8 +46,6 @@ class XlsxSource(CsvSource):
             super().__init__(text, known, advance)
         except LogError as error:
             raise LogError(str(error).partition(": ")[2], file=file, line=error.line, column=error.column) from None
-        if file_map is None:
-            self.clock = None
         self.path, self.file, self.table.file = Path(path), file, file
 
 
@@ -57,6 +57,7 @@ def _write_text(path: str | Path, text: Path, file: str) -> None:
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
         sheets = {sheet.title: list(_rows(sheet)) for sheet in book.worksheets}
         book.close()
+        formulas = _without_value(path)
     except damage as error:
         raise LogError(f"is no Excel file, or a damaged one: {first_line(error)}", file=file) from None
     longest = max(sheets, key=lambda title: len(sheets[title]), default="")
@@ -65,6 +66,12 @@ def _write_text(path: str | Path, text: Path, file: str) -> None:
     others = [title for title, rows in sheets.items() if title != longest and any(any(row) for row in rows)]
     if others:
         warn_of_log(f"sheet {longest!r} is read, not {', '.join(map(repr, others[:6]))}", file=file)
+    if formulas:
+        warn_of_log(
+            f"{formulas} formulas have no stored value, and are read as empty cells: open the file in a spreadsheet"
+            " program and save it",
+            file=file,
+        )
     rows = sheets[longest]
     while not any(rows[-1]):
         rows.pop()
@@ -73,11 +80,19 @@ def _write_text(path: str | Path, text: Path, file: str) -> None:
 
 
 def _rows(sheet: Any) -> Iterator[list[str]]:
-    """The cells of a sheet as text, up to the last column that has any."""
+    """The cells of a sheet as text, up to the last column that has any, whatever size the sheet says it has."""
+    sheet.reset_dimensions()
     rows = [[_text(cell) for cell in row] for row in sheet.iter_rows(values_only=True)]
     width = max((place + 1 for row in rows for place, cell in enumerate(row) if cell), default=0)
     for row in rows:
         yield (row + [""] * width)[:width]
+
+
+def _without_value(path: str | Path) -> int:
+    """How many formulas of a book have no value beside them, as programs write them that do not calculate."""
+    with zipfile.ZipFile(path) as book:
+        names = [name for name in book.namelist() if name.startswith("xl/worksheets/") and name.endswith(".xml")]
+        return sum(len(_FORMULA.findall(book.read(name))) for name in names)
 
 
 def _text(cell: object) -> str:

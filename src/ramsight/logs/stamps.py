@@ -94,10 +94,12 @@ class Form(NamedTuple):
     Args:
         periods: after which a clock without a date begins again [s].
         is_order_open: whether the day or the month may come first.
+        is_local: whether it has no zone, and hours: summer time changes it.
     """
 
     periods: tuple[float, ...]
     is_order_open: bool
+    is_local: bool = False
 
 
 def form_of(text: str) -> Form:
@@ -112,11 +114,11 @@ def form_of(text: str) -> Form:
         return Form((_DAY,), False)
     found = match.groups()
     if found[0] is not None:
-        return Form((), found[1] is None and found[5] in ("/", "-"))
-    _, _, seconds, _, half, _ = found[14:]
+        return Form((), found[1] is None and found[5] in ("/", "-"), found[8] is not None and found[13] is None)
+    _, _, seconds, _, half, zone = found[14:]
     if seconds is None and half is None:
         return Form((_HOUR,), False)
-    return Form((_DAY,) if half is not None else (_DAY, 0.5 * _DAY), False)
+    return Form((_DAY,) if half is not None else (_DAY, 0.5 * _DAY), False, zone is None)
 
 
 def other_order(stamps: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.constant import Constant
-from ramsight.errors import DescriptionError
-from ramsight.logs.guess import guess_clock
-from ramsight.units import parse
+from ramsight.logs.clock_units import is_time
+from ramsight.logs.column_names import guess_clock
 
 APART = Constant(0.02, "1", "of the time that passed: two clocks of one recorder differ by less, two rates by more")
 _NUMBER = re.compile(r"[ ._#-]*\(?[0-9]*\)?(?=\s*(?:[\[(].*)?$)")
@@ -24,11 +23,7 @@ def is_clock_like(name: str, unit: str) -> bool:
         (True, True, False)
     """
     if unit:
-        try:
-            parse(f"1 {unit}", "s")
-        except DescriptionError:
-            return False
-        return True
+        return is_time(unit)
     return guess_clock([_NUMBER.sub("", name, count=1)]) is not None
 
 

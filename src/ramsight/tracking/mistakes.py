@@ -55,6 +55,9 @@ GAIN_LEAST = Constant(
     0.3, "1", "logarithm of the least factor by which a torque is said to be wrong: valves are set otherwise"
 )
 GAIN_MOST = Constant(math.log(10.0), "1", "logarithm of the largest")
+TELLING = Constant(
+    20.0, "s", "of turning, before a log's largest speed and the sign of its mean torque contradict anything"
+)
 STOP = Constant(0.1, "1", "of the torque at relief, within which a plateau is a stop's")
 
 PRIORS = {
@@ -122,7 +125,7 @@ class Explanations:
             return None
         scored = list(self._scored())
         chances = probabilities([score for score, _, _ in scored])
-        if chances[0] >= SURE:
+        if chances[0] >= SURE or (not any(_contradictions(asread, self._unit)) and asread.turning < TELLING):
             return None
         (score, role, text), *others = sorted(scored[1:], reverse=True)
         also = next((other for next_score, kind, other in others if kind != role and next_score > score + WORTH), "")
@@ -268,6 +271,13 @@ def _gain_text(gain: float) -> str:
 
 def _evidence(pressed: Pressed, unit: HydraulicUnit) -> str:
     """What of the log as it was read contradicts the machine, in a few words."""
+    said = list(filter(None, _contradictions(pressed, unit)))
+    turns, most = pressed.speed * unit.max_speed / RPM, unit.max_speed / RPM
+    return "; ".join(said) or f"the motor turns up to {turns:.4g} rpm of {most:.0f} rpm"
+
+
+def _contradictions(pressed: Pressed, unit: HydraulicUnit) -> list[str]:
+    """What of the log as it was read cannot be this machine's: levels of presses, travels, the largest torque."""
     said = [_level_text(pressed, way) for way in pressed.sides]
     stroke, largest = 1e3 * unit.cylinder.stroke, max(side.torque for side in pressed.sides.values())
     ends = [abs(b.place - a.place) for a, b in pairwise(pressed.presses) if a.way != b.way]
@@ -280,10 +290,7 @@ def _evidence(pressed: Pressed, unit: HydraulicUnit) -> str:
         said.append(
             f"the torque reaches {pressed.torque * largest:.4g} N m, relief pressure asks for {largest:.3g} N m"
         )
-    if not any(said):
-        turns, most = pressed.speed * unit.max_speed / RPM, unit.max_speed / RPM
-        said.append(f"the motor turns up to {turns:.4g} rpm of {most:.0f} rpm")
-    return "; ".join(filter(None, said))
+    return said
 
 
 def _level_text(pressed: Pressed, way: int) -> str:

@@ -16,6 +16,7 @@ from ramsight.logs.mapped import ChannelMap, standard_map
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.signals import Samples
+from ramsight.tracking.pressed import LONGEST_STEP
 from ramsight.units import FREEZING, RPM, to_si
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ _AGAINST = 0.05  # share of the torque at relief pressure
 _STANDS = 1.0  # rad/s
 _NOISY, _RESTED = 2.0, 100  # times the assumed noise of the torque, and samples at rest that it takes to say so
 _PEAK = 0.995  # quantile taken for the largest value: a few samples in a thousand may be disturbed
+_GAP = 5.0  # usual distances of samples; what is longer, and longer than a second, is a gap
 _STEPS = 0.99  # share of the changes at rest that are noise; the others are loads
 
 
@@ -169,13 +171,18 @@ class Seen:
 
 
 def _longest_move(time: NDArray[np.float64], speed: NDArray[np.float64], leaking: float) -> list[float]:
-    """The largest motor angle between two changes of direction, less what leaks at a speed of `leaking` [rad]."""
+    """The largest motor angle between two changes of direction, less what leaks at a speed of `leaking` [rad].
+
+    Over a gap in the log nothing is counted: what the motor did meanwhile is not known.
+    """
     known = np.isfinite(time) & np.isfinite(speed)
     time, speed = time[known], speed[known]
     if len(time) < 2:
         return []
     moving = np.sign(speed) * np.clip(np.abs(speed) - leaking, 0.0, None)
-    angle = moving[1:] * np.clip(np.diff(time), 0.0, None)
+    steps = np.clip(np.diff(time), 0.0, None)
+    usual = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
+    angle = moving[1:] * np.where(steps > max(LONGEST_STEP, _GAP * usual), 0.0, steps)
     begins = np.flatnonzero(np.diff(np.sign(speed[1:]), prepend=2.0))
     return [float(np.abs(np.add.reduceat(angle, begins)).max())]
 

@@ -111,6 +111,7 @@ class Pressed:
         longest: free move of the rod [strokes].
         speed, torque: 99.5 % of the magnitudes in the liveliest piece are below these, over the highest speed and over
             the larger torque at relief [1].
+        turning: for how long the motor has turned [s].
         pushing: mean torque while the motor turns, positive where the load asks for it, over the same torque [1].
     """
 
@@ -119,6 +120,7 @@ class Pressed:
     longest: float = 0.0
     speed: float = 0.0
     torque: float = 0.0
+    turning: float = 0.0
     _place: float = 0.0
     _leaked: float = 0.0
     _pushed: float = 0.0
@@ -126,7 +128,7 @@ class Pressed:
 
     def __post_init__(self) -> None:
         self.sides = pressing_sides(self.unit)
-        self._turning = TURNING * self.unit.max_speed
+        self._slowest = TURNING * self.unit.max_speed
         self._per_stroke = abs(self.unit.travel_per_radian) / self.unit.cylinder.stroke
         self._thin = float(self.unit.oil.viscosity(T40))
 
@@ -152,7 +154,8 @@ class Pressed:
         steps = np.where((steps > 0.0) & (steps <= LONGEST_STEP), steps, 0.0)
         if not steps.any():
             return
-        way = np.where(speed > self._turning, 1, np.where(speed < -self._turning, -1, 0))
+        way = np.where(speed > self._slowest, 1, np.where(speed < -self._slowest, -1, 0))
+        self.turning += float(steps[way != 0].sum())
         self._measure(speed, torque, way)
         leaking = (way != 0) * self._leaking(torque, temperature)
         free = (speed - leaking) * steps * self._per_stroke

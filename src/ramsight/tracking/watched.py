@@ -45,7 +45,7 @@ class Watch:
     ) -> None:
         known = known_map(channel_map) or standard_map([])
         self._names = {role: one.channel for role, one in known.roles.items()}
-        self._names["time"] = known.time.channel if known.time is not None else "time"
+        self._names["time"] = (known.time.channel if known.time is not None else "") or "time"
         self._units = {role: one.unit or "" for role, one in known.roles.items()}
         self._unit, self._file = unit, file_name(file)
         self._seen, self._limits, self._said = Seen(), reportable(unit), set[str]()

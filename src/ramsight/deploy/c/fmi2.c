@@ -65,9 +65,7 @@ API void fmi2FreeInstance(fmi2Component c) { destroy(c); }
 
 API fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean given, fmi2Real tolerance, fmi2Real start,
                                    fmi2Boolean ends, fmi2Real stop) {
-  (void)ends;
-  (void)stop;
-  return begin_at(c, start, given, tolerance) ? fmi2OK : wrong(c);
+  return begin_at(c, start, given, tolerance, ends, stop) ? fmi2OK : wrong(c);
 }
 
 API fmi2Status fmi2EnterInitializationMode(fmi2Component c) {

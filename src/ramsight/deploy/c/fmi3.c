@@ -88,9 +88,7 @@ API void fmi3FreeInstance(fmi3Instance c) { destroy(c); }
 
 API fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean given, fmi3Float64 tolerance, fmi3Float64 start,
                                            fmi3Boolean ends, fmi3Float64 stop) {
-  (void)ends;
-  (void)stop;
-  if (!begin_at(c, start, given, tolerance)) return wrong(c);
+  if (!begin_at(c, start, given, tolerance, ends, stop)) return wrong(c);
   c->model.real[0] = start;
   c->phase = INITIALIZING;
   return fmi3OK;

@@ -14,8 +14,12 @@ typedef struct Instance {
   int logging;
   int phase; /* one of those below */
   double time; /* reached [s] */
+  double stop; /* no step may end later [s] */
   char message[200];
 } Instance;
+
+/* Of a stop time and a step: by so much a sum of steps may be beyond the stop time by rounding alone. */
+#define STOP_ROUNDING 1e-9
 
 enum { INSTANTIATED, INITIALIZING, STEPPING, TERMINATED };
 
@@ -29,6 +33,7 @@ static void blank(Instance *i) {
   i->model.tolerance = TOLERANCE;
   i->phase = INSTANTIATED;
   i->time = 0.0;
+  i->stop = (double)INFINITY;
 }
 
 static Instance *make(const char *name) {
@@ -58,13 +63,18 @@ static int only(Instance *i, int phase, const char *call) {
   return 0;
 }
 
-static int begin_at(Instance *i, double time, int given, double tolerance) {
+static int begin_at(Instance *i, double time, int given, double tolerance, int ends, double stop) {
   if (!only(i, INSTANTIATED, "a start time")) return 0;
   if (!isfinite(time)) {
     snprintf(i->message, sizeof i->message, "the start time is no finite number");
     return 0;
   }
+  if (ends && !(stop >= time)) {
+    snprintf(i->message, sizeof i->message, "the stop time %.9g s is not after the start time %.9g s", stop, time);
+    return 0;
+  }
   i->time = time;
+  if (ends) i->stop = stop;
   if (given && tolerance > 1e-12 && tolerance < 1e-2) i->model.tolerance = tolerance;
   return 1;
 }
@@ -166,6 +176,7 @@ static int advance(Instance *i, double time, double step) {
   if (i->phase != STEPPING) wrong = "the instance is not initialized";
   else if (!isfinite(time) || !isfinite(step) || !isfinite(time + step)) wrong = "time and step have to be finite numbers";
   else if (step < 0.0) wrong = "the step is negative";
+  else if (time + step > i->stop + STOP_ROUNDING * (fabs(i->stop) + step)) wrong = "the step ends after the stop time";
   else wrong = model_step(&i->model, time, step);
   if (wrong != NULL) {
     snprintf(i->message, sizeof i->message, "at %.6g s: %s", time, wrong);
