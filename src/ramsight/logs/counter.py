@@ -102,6 +102,8 @@ class Unwrapped:
             steps = self._told(modulus, steps, at, expected, doubt)
         elif math.isfinite(modulus):
             steps = self._checked(modulus, steps, at)
+        elif self.counted.modulus is None and expected is None:
+            self._check_fast(self._least_bits(known), at)  # so few numbers may be all that it has
         turned = np.concatenate([[0.0], np.cumsum(steps)]) * (2.0 * math.pi / self.counted.per_turn)
         self.unknown += [(-math.inf, float(at[0])), (float(at[-1]), math.inf)]
         self._warn()
@@ -172,13 +174,7 @@ class Unwrapped:
         """The steps; over gaps in which more than half of the modulus may have passed the angle is not known."""
         spans = np.diff(at)
         usual = float(np.median(spans))
-        most = 0.5 * modulus / self.counted.per_turn / usual * 2.0 * math.pi
-        if most <= (self.counted.fastest or USUAL_SPEED):
-            stated = "fastest states more" if self.counted.fastest else "motors of pumps turn faster: state fastest"
-            self._refuse(
-                f"goes by half of what it counts between samples, {1e3 * usual:.4g} ms apart, at {most / RPM:.4g} rpm,"
-                f" and {stated}; log faster, or name the drive's [speed] beside [angle]"
-            )
+        self._check_fast(modulus, at)
         normal = spans <= GAP * usual
         changes = np.abs(np.diff(steps, prepend=steps[:1]))
         far = normal & (np.abs(steps) > MOST_STEP * modulus)
@@ -196,6 +192,22 @@ class Unwrapped:
         for place in np.flatnonzero(~normal & (fastest * spans > MOST_STEP * modulus)):
             steps[place], lost[place] = self._over_gap(int(place), steps, spans, modulus, usual)
         return self._without(lost, steps, at)
+
+    def _least_bits(self, known: Array) -> float:
+        """The least numbers of a binary counter that has all that were seen."""
+        span = float(np.ptp(known))
+        return next((m for bits in BITS if (m := abs(self.scale) * 2.0**bits) > span), math.inf)
+
+    def _check_fast(self, modulus: float, at: Array) -> None:
+        """Refuse a counter of which half passes between samples at a speed that motors have."""
+        usual = float(np.median(np.diff(at)))
+        most = 0.5 * modulus / self.counted.per_turn / usual * 2.0 * math.pi
+        if most <= (self.counted.fastest or USUAL_SPEED):
+            stated = "fastest states more" if self.counted.fastest else "motors of pumps turn faster: state fastest"
+            self._refuse(
+                f"goes by half of what it counts between samples, {1e3 * usual:.4g} ms apart, at {most / RPM:.4g} rpm,"
+                f" and {stated}; log faster, name the drive's [speed] beside [angle], or state modulus"
+            )
 
     def _over_gap(self, place: int, steps: Array, spans: Array, modulus: float, usual: float) -> tuple[float, bool]:
         """The step over a gap, as fast as before and after it; and whether it is not known."""
