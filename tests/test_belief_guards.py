@@ -170,6 +170,22 @@ def contact(innovation, std, chance=0.05, **how):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("wrong", [0.005, 0.02, 0.2])
+def test_after_a_first_reading_the_position_is_unknown_by_the_chance_that_it_was_of_something_else(wrong):
+    std = 2e-3
+    reading = Measurement(
+        use=ca.SX(1.0), innovation=scalar(0.0), H={Quantity.POSITION: 1.0}, R=scalar(std**2),
+        alternative=scalar(math.log(wrong / STROKE)), stands=(scalar(0.5 * STROKE), scalar(STROKE)),
+    )  # fmt: skip
+    after, _ = bank(std=0.5 * STROKE).placed(reading, is_reading=True)
+    first, unknown = (value(after.hypotheses[k].log_weight) for k in (0, -1))
+    expected = wrong / STROKE / norm.pdf(0.0, scale=math.hypot(0.5 * STROKE, std))
+    assert math.exp(unknown - first) == pytest.approx(expected, rel=0.01)
+    assert value(after.hypotheses[-1].position_std) == pytest.approx(0.5 * STROKE, rel=0.01)
+    switch, _ = bank(std=0.5 * STROKE).placed(reading)
+    assert value(switch.hypotheses[-1].log_weight) == pytest.approx(math.log(Assumptions().stops.wrong), abs=0.02)
+
+
 @given(
     innovation=st.floats(-0.1, 0.1),
     positions=st.lists(st.floats(-0.05, 0.05), min_size=2, max_size=4),

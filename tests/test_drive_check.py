@@ -31,9 +31,17 @@ from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.plant.limits import Limits, limits_of
 from ramsight.sensor.checks.disagreement import Sums, compared, sure
-from ramsight.sensor.checks.drive_check import DriveChecks, DriveState, check_drive, declared_checks
+from ramsight.sensor.checks.drive_check import DriveChecks, DriveState, check_drive
 from ramsight.sensor.inputs.intake import IntakeState
-from ramsight.sensor.inputs.sample import DC_POWER, SHAFT_ANGLE, CounterState, Raw, SampleState, plain_sample
+from ramsight.sensor.inputs.sample import (
+    DC_POWER,
+    SHAFT_ANGLE,
+    CounterState,
+    Raw,
+    SampleState,
+    declared_inputs,
+    plain_sample,
+)
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.report.detectors import CONTRADICTIONS
@@ -86,7 +94,7 @@ def test_a_day_without_faults_raises_nothing(day, sensors):
 
 
 def test_without_either_the_sensor_is_what_it_was(day):
-    assert declared_checks(PLAIN.assumptions) == ()
+    assert declared_inputs(PLAIN.assumptions) == ()
     assert kalman(PLAIN).optional == ()
     assert DriveChecks().unless_contradicted(3.0) == 3.0
 

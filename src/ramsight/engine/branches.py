@@ -69,20 +69,42 @@ def schedule(graph: Graph, parts: Sequence[int] | None = None, varying: Collecti
             users[source].append(k)
     for _, k in graph.results:
         users[k].append(-1)
-    order: list[int | Branch] = list(range(len(graph.nodes)))
+    groups = _groups(graph, users, parts or [0] * len(graph.nodes))
+    # Branches that can be ordered all together can be one after the other: a circle of some is one of all.
+    found = _scheduled(graph, users, groups, varying, one_by_one=False)
+    return found or _scheduled(graph, users, groups, varying, one_by_one=True) or []
+
+
+def _scheduled(
+    graph: Graph,
+    users: dict[int, list[int]],
+    groups: list[tuple[int, list[int]]],
+    varying: Collection[int],
+    *,
+    one_by_one: bool,
+) -> list[int | Branch] | None:
+    """All operations in order, with the branches that are worth it; None if they would have to wait for each other.
+
+    Args:
+        graph: the operations.
+        users: of each operation.
+        groups: choices that could be one branch.
+        varying: conditions that no branch is made of.
+        one_by_one: whether a branch that has to wait for itself is left out.
+    """
     branches: list[Branch] = []
     taken: set[int] = set()
-    groups = _groups(graph, users, parts or [0] * len(graph.nodes))
     for condition, members in groups:
         branch = _branch_without_parts(graph, users, condition, members, taken, groups)
-        if condition in varying or _cost(graph, branch) < _LEAST:
+        if (
+            condition in varying
+            or _cost(graph, branch) < _LEAST
+            or (one_by_one and _ordered(graph, [*branches, branch]) is None)
+        ):
             continue
-        found = _ordered(graph, [*branches, branch])
-        if found is not None:
-            order = found
-            branches.append(branch)
-            taken |= branch.all()
-    return order
+        branches.append(branch)
+        taken |= branch.all()
+    return _ordered(graph, branches)
 
 
 def _groups(graph: Graph, users: dict[int, list[int]], parts: Sequence[int]) -> list[tuple[int, list[int]]]:
