@@ -1,5 +1,7 @@
 """Check a site that was built: links and pictures are there, nothing is fetched, pages have titles and no raw Markdown.
 
+Every example prints what it should, by the output on its page.
+
 Where Chromium and playwright are installed, tables and outputs have to fit into a window of 1400 px, too, and every
 picture has to be one of the dark theme: turned around, or on a card (docs/_static/dark.css).
 
@@ -8,6 +10,7 @@ python docs/check.py build/site
 
 from __future__ import annotations
 
+import html
 import re
 import shutil
 import sys
@@ -41,6 +44,29 @@ UNLIT = """() => document.body.dataset.theme === undefined ? [] : [...document.i
   return style.filter === 'none' && style.backgroundColor === 'rgba(0, 0, 0, 0)';
 }).map(one => one.getAttribute('src'))"""
 """Pictures that a page of the theme shows in the dark as they are in the light."""
+
+
+SAYS = {
+    "first_position.py": r"^first position after \d+\.\d s\n95 % of the errors within \d\.\d mm, in the end \d\.\d mm",
+    "own_machine.py": r"^3\.14 mm a revolution.*\nwithin 0\.\d+ mm over 24 s",
+    "own_part.py": r"sink \d+\.\d mm in a cycle; energy closes to \d\.\de-\d\d %",
+    "own_circuit.py": r"rigid: sinks by 5\.\d mm, 1[45]\d bar.*\nsprung: sinks by 3\d\.\d mm, 12\d bar",
+    "monte_carlo.py": r"^1000 cycles in .* 5\.6 h simulated\nsinks by 24 mm",
+    "leak_test.py": r"leak factor 1\.(19|20|21)\d ± 0\.0\d+",
+    "identification.py": r"leak: 1\.(19|20)\d+, .*\n(.*\n)*identified: -?0\.\d mm off",
+    "commissioning.py": r"verdict: look twice\n(.*\n)*failed      units and signs of torque.*\n(.*\n)*verdict: failed",
+    "faults.py": r"plain: [4-9]\.\d mm off(.*\n)*with counter: 0\.\d mm off(.*\n)*  from 0\.\d+ s on: .* contradict",
+    "control.py": r"(target \d+ mm: rod at \d+\.\d\d mm\n){4}3 s after",
+    "own_loop.py": r"(\d+\.\d s: target \d+ mm, rod at \d+\.\d mm\n){3}the sensor is within 2\.\d mm",
+    "own_mpc.py": r"0\.196 mm/s .*\n7\.9 s: target 200 mm, rod at 199\.\d mm\n.*\novershoot 0\.\d mm, fastest 30\.",
+    "canopen_encoder.py": r"device type 406(.*\n)*\d{3} positions",
+    "c_on_a_controller.py": r"\n1951 steps, C and Python differ by \d\d?\.\d um at most\n[0-4] statuses differ",
+    "fmu_in_a_simulator.py": r"boom-sensor\.fmu: FMI 2\.0(.*\n)*lifted by 67\.\d mm; the sensor is within [01]\.\d+ mm",
+    "typed.py": r"^\d+\.\d mm$",
+    "linearise.py": r"oscillation: \d+\.\d Hz, damping ratio 0\.\d+\n.*\nthey differ by 0\.\d+ %",
+}
+"""What an example prints, by the name of its file: a regular expression."""
+PRINTED = re.compile(r"sphx-glr-script-out.*?<pre>(.*?)</pre>", flags=re.DOTALL)
 
 
 class Page(HTMLParser):
@@ -119,6 +145,19 @@ def faults(site: Path) -> list[str]:
     return found
 
 
+def examples_that_differ(site: Path) -> list[str]:
+    """Examples of the gallery that print something else than they should, a line each."""
+    found = []
+    for name, says in SAYS.items():
+        page = site / "gallery" / f"{Path(name).stem}.html"
+        if page.is_file():
+            blocks = PRINTED.findall(page.read_text(encoding="utf-8"))
+            printed = "".join(html.unescape(re.sub("<[^>]*>", "", block)) for block in blocks)
+            if not re.search(says, printed):
+                found.append(f"{page.relative_to(site)}: prints {printed[:200]!r}, not {says!r}")
+    return found
+
+
 def in_browser(site: Path) -> list[str]:
     """What does not fit into a window or lacks the dark theme, a line each; nothing where there is no browser."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -145,7 +184,7 @@ def in_browser(site: Path) -> list[str]:
 def main() -> None:
     """Print what is wrong, or how many pages are right."""
     site = Path(sys.argv[1]).resolve()
-    wrong = faults(site) + in_browser(site)
+    wrong = faults(site) + examples_that_differ(site) + in_browser(site)
     pages = len(list(site.rglob("*.html")))
     good = f"{site.name}: {pages} pages with titles, every link inside them leads somewhere, nothing is fetched"
     print("\n".join(wrong) or good)
