@@ -91,7 +91,7 @@ fuzz: $(INSTALLED)
 	$(BIN)/python fuzz/page.py
 
 analyse: $(INSTALLED)
-	$(BIN)/pytest -n 0 -m slow tests/test_export_analysis.py
+	RAMSIGHT_ANALYSE=1 $(BIN)/pytest -n 0 -m slow tests/test_export_analysis.py
 
 # In an environment of its own: what looks through the pins is none of them.
 AUDIT := $(VENV)/audit
