@@ -108,7 +108,7 @@ def test_a_counter_of_fewer_numbers_than_a_turn_has(tmp_path):
 def test_numbers_too_large_to_be_told_apart_are_refused(tmp_path):
     time = np.arange(200) * 0.02
     files = written(tmp_path, time, 2.0**63 + np.arange(200) * 4096.0, "per_turn = 1000")
-    with pytest.raises(LogError, match=r"the counter reaches 9\.22e\+18, and numbers so large are not told apart"):
+    with pytest.raises(LogError, match=r"the counter reaches 9\.22e\+18, and numbers so large cannot be distinguished"):
         read_log(*files)
 
 

@@ -30,7 +30,7 @@ from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.report.detectors import DETECTORS
 from ramsight.sensor.report.status_rules import PlausibilityState, PositionEstimate, implausible_torque, status_of
 from ramsight.sensor.status import Status, validity_levels
-from ramsight.sensor.thresholds import CERTAIN, LOAD_CHANGE_SURE
+from ramsight.sensor.thresholds import CERTAIN, LOAD_CHANGE_SURE, VALVE_SETTLED
 
 from .plant_bench import UNITS
 from .sensor_bench import Machine, estimated, fed, made, step_of
@@ -381,7 +381,7 @@ def test_every_status_has_its_condition(judged, status):
 
 LOAD = limits_of(BOOM).load
 LASTING = {
-    "a torque that nothing explains": (TURN, {"innovation": 5.0}, 0.6),
+    "a torque that nothing explains": (TURN, {"innovation": 5.0}, VALVE_SETTLED),
     "a load that cannot be": (TURN, {"asked": -1.4 * LOAD}, 0.15),
 }
 

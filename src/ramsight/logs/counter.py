@@ -30,7 +30,7 @@ MOST_OFF = Constant(0.25, "1", "of the same, by which a speed may miss what the 
 GAP = Constant(1.5, "1", "usual distances of samples; from this on samples are missing")
 LONGEST_GAP = Constant(6.0, "1", "usual distances over which a shaft goes on as it did before and after")
 CLEARLY = Constant(0.5, "1", "of the changes of speed that another reading of a counter asks for; else it is asked for")
-FINEST = Constant(0.01, "1", "of a turn, that a number has to be told from the next one by")
+FINEST = Constant(0.01, "1", "of a turn, by which a number and the next one are apart at least")
 MOST_LOST = Constant(0.2, "1", "share of samples between which a speed beside the angle may not tell the turn")
 USUAL_SPEED = Constant(1000.0 * RPM, "rad/s", "that the motor of a pump reaches at least, where the map states none")
 DISAGREE = Constant(0.02, "1", "share of steps at which a counter and a speed may miss each other")
@@ -94,12 +94,12 @@ class Unwrapped:
             return np.zeros(len(numbers))
         if np.spacing(np.abs(known).max()) > FINEST * self.counted.per_turn:
             self._refuse(
-                f"reaches {np.abs(known).max():.3g}, and numbers so large are not told apart; write fewer digits"
+                f"reaches {np.abs(known).max():.3g}, and numbers so large cannot be distinguished; write fewer digits"
             )
-        expected, doubt = (None, None) if beside is None else self._turned(at, beside)
+        expected, spread = (None, None) if beside is None else self._turned(at, beside)
         modulus, steps = self._read(known, at, expected)
-        if math.isfinite(modulus) and expected is not None and doubt is not None:
-            steps = self._told(modulus, steps, at, expected, doubt)
+        if math.isfinite(modulus) and expected is not None and spread is not None:
+            steps = self._by_speed(modulus, steps, at, expected, spread)
         elif math.isfinite(modulus):
             steps = self._checked(modulus, steps, at)
         elif self.counted.modulus is None and expected is None:
@@ -114,7 +114,7 @@ class Unwrapped:
         return found
 
     def _turned(self, at: Array, beside: Samples) -> tuple[Array, Array]:
-        """How far the shaft went between samples by the speed beside the angle, in its numbers; and the doubt of it."""
+        """How far the shaft went between samples by the speed beside the angle, in its numbers, and how wrong that may be."""
         assert self.speed is not None
         factor, offset = self.speed
         known = np.isfinite(beside.value) & np.isfinite(beside.time)
@@ -123,8 +123,8 @@ class Unwrapped:
             self._refuse("needs the speed beside it, which has no numbers")
         each = (0.5 * (speed[1:] + speed[:-1]) * np.diff(time), 0.5 * np.abs(np.diff(speed)) * np.diff(time))
         ways = [np.interp(at, time, np.concatenate([[0.0], np.cumsum(one)])) for one in each]
-        way, doubt = (np.diff(one) * self.counted.per_turn / (2.0 * math.pi) for one in ways)
-        return way, doubt
+        way, spread = (np.diff(one) * self.counted.per_turn / (2.0 * math.pi) for one in ways)
+        return way, spread
 
     def _read(self, known: Array, at: Array, expected: Array | None) -> tuple[float, Array]:
         """When the counter begins again, infinity if it does not, and its steps: as stated, or the smoothest."""
@@ -154,13 +154,13 @@ class Unwrapped:
                 self._refuse(f"may be one that {mine} begin again, or one that {words}: state modulus, or log faster")
         return tried[best]
 
-    def _told(self, modulus: float, steps: Array, at: Array, expected: Array, doubt: Array) -> Array:
-        """The steps that the speed beside the angle tells; where it changes much between its samples none is known."""
-        lost = doubt > MOST_OFF * modulus
+    def _by_speed(self, modulus: float, steps: Array, at: Array, expected: Array, spread: Array) -> Array:
+        """The steps by the speed beside the angle; where it changes much between its samples none is known."""
+        lost = spread > MOST_OFF * modulus
         if lost.mean() > MOST_LOST:
             self._refuse(
                 f"needs a speed beside it that is logged faster: at {100.0 * lost.mean():.3g} % of the samples it"
-                f" changes so much that it does not tell which turn it is, first at {at[int(np.argmax(lost))]:.6g} s"
+                f" changes so much that it does not show which turn it is, first at {at[int(np.argmax(lost))]:.6g} s"
             )
         off = ~lost & (np.abs(steps - expected) > MOST_OFF * modulus)
         if off.mean() > DISAGREE:

@@ -47,6 +47,8 @@ def with_map(pump: dict[str, Any], oil: Any, folder: Path) -> dict[str, Any]:
         raise DescriptionError(
             "leads out of the description's folder", key=KEY, value=name, allowed="a file beside the description"
         )
+    if not (folder / name).exists():
+        raise DescriptionError("no such file", key=KEY, value=name, allowed="a file beside the description")
     size = _value(Pump, "displacement", pump) * int(pump.get("chambers", 1)) * int(pump.get("blocks", 1))
     points = {
         key: _value(Oil, key, oil if isinstance(oil, Mapping) else {}) for key in ("viscosity_40c", "viscosity_100c")
