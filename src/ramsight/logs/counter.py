@@ -114,7 +114,7 @@ class Unwrapped:
         return found
 
     def _turned(self, at: Array, beside: Samples) -> tuple[Array, Array]:
-        """How far the shaft went by the speed beside the angle, in numbers of the counter, and how wrong that may be."""
+        """How far the shaft went by the speed beside the angle, in its numbers, and how wrong that may be."""
         assert self.speed is not None
         factor, offset = self.speed
         known = np.isfinite(beside.value) & np.isfinite(beside.time)
