@@ -232,7 +232,7 @@ def test_exported_c_takes_command_and_pressures(tmp_path):
     done = write_sensor(RIG, "axis", tmp_path / "axis", compiler="")
     header = (tmp_path / "axis" / "ramsight_axis.h").read_text(encoding="utf-8")
     assert "ramsight_axis_real valve_command; /* command, -1 ... 1" in header
-    assert "ramsight_axis_real pressure_b; /* absolute [Pa]" in header
+    assert "ramsight_axis_real pressure_b; /* absolute pressure in chamber B [Pa]" in header
     assert "passed" in golden(done.folder, "ramsight_axis")
     with pytest.raises(DescriptionError, match="is not for floats"):
         write_sensor(RIG, "axis", tmp_path / "floats", single=True)

@@ -126,8 +126,8 @@ def study():
 
 
 def test_targets_are_met_and_faults_stop_the_machine(study):
-    found = study.summed(study.arrivals(LOADER, LOADER, references=1, targets=2, assumptions=study.KNOWN))
-    assert found["targets"] == 2
+    found = study.summed(study.arrivals(LOADER, LOADER, references=1, targets=3, assumptions=study.KNOWN))
+    assert found["targets"] == 3
     assert found["p95"] < 2e-3
     stuck = study.broken(LOADER, "speed stuck")
     assert stuck["standstill"] < 0.3
