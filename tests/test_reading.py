@@ -54,7 +54,7 @@ def test_what_is_declared_once_is_known_everywhere(channel):
         plain = build(machine.load_machine("mining-loader"), "boom")
         assert f"{channel.advice} (assumptions.{channel.declared})" in _mending(plain, plain, None)
         assert channel.advice not in " ".join(_mending(boom, boom, None))
-    if channel.reads:
+    if channel.is_reading:
         assert any(channel.name in one.signals for one in DETECTORS)
 
 

@@ -245,5 +245,5 @@ def further_report(how: DriveReport, true: Callable[[str], Array]) -> dict[Chann
             shown = lagging(time, true(channel.name), how.pressure_lag)
             found[channel] = shown + how.pressure_noise * noise
     for reading, sensor in how.readings.items():
-        found[reading] = sensor.reported(true("time"), true(reading.reads))
+        found[reading] = sensor.reported(true("time"), true("position"))
     return found

@@ -5,16 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.signals import Signal, Signals
 from ramsight.units import FREEZING, RPM
-
-if TYPE_CHECKING:
-    pass
 
 TIME = "time_s"
 _COMMAND = "_command"
@@ -80,13 +76,12 @@ class Further(Channel):
 
     Args:
         declared: table of the assumptions that declares it, where its `std` is above zero.
-        reads: what of a run it measures as an occasional reading (`duty.reading_report`), by its name there; "" where
-            it has a law of its own.
+        is_reading: whether it is an occasional reading of the position; else it has a law of its own.
         advice: what to add to a machine, as a commissioning says it; "" for nothing.
     """
 
     declared: str
-    reads: str = ""
+    is_reading: bool = False
     advice: str = ""
 
 
@@ -151,13 +146,13 @@ ABSOLUTE_POSITION = Further(
     units="m",
     long_name="position of an occasional absolute sensor, 0 = fully retracted, NaN where it gives none",
     declared="absolute_position",
-    reads="position",
+    is_reading=True,
     advice="an occasional absolute position: a draw wire, a laser, a camera, a scale that somebody reads",
 )
 PRESSURES = (PRESSURE_A, PRESSURE_B)
 FURTHER = (*PRESSURES, LINK_ANGLE, SHAFT_ANGLE, DC_POWER, MOTOR_TEMPERATURE, ABSOLUTE_POSITION)
 """What a sensor takes beside a drive's report where its machine declares it."""
-READINGS = tuple(one for one in FURTHER if one.reads)
+READINGS = tuple(one for one in FURTHER if one.is_reading)
 """Those of which a value counts once, at its sample."""
 LINK = (DC_VOLTAGE, DC_CURRENT)
 """What the power of the DC link is made of where a drive does not report it itself."""

@@ -13,10 +13,11 @@ from ramsight.plant.balance import FACTORS
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.circuit.load import LoadState, Piston, observe_load
+from ramsight.sensor.circuit.pressures import measured_pressures
 from ramsight.sensor.circuit.relief import relief_probability
 from ramsight.sensor.dead_reckoning import ReckoningState, at_reference, relief_loss
 from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
-from ramsight.sensor.inputs.sample import PRESSURES, Raw, SampleState, declared_inputs, plain_sample
+from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.report.status_rules import outside_temperature
 from ramsight.sensor.status import Status
@@ -50,8 +51,7 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
         A sensor with position, velocity, load and status; it has no standard deviation (NaN).
     """
     model = MachineModel.of(unit, assumptions)
-    pressures = [one for one in declared_inputs(model.assumed) if one in PRESSURES]
-    raw = Raw.symbols(model.balance.model.commands, pressures)
+    raw = Raw.symbols(model.balance.model.commands, measured_pressures(model.assumed))
     initial = BalanceState(
         reckoning=ReckoningState(
             position=scalar(0.5 * float(unit.cylinder.stroke)),

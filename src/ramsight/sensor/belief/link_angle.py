@@ -16,7 +16,7 @@ import casadi as ca
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Scalar, all_of, any_of, negated
 from ramsight.plant.linkage.lever import Lever
-from ramsight.sensor.belief.measurement import Measurement
+from ramsight.sensor.belief.measurement import BY_PLACE, Measurement
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.inputs.sample import LINK_ANGLE, Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
@@ -82,7 +82,7 @@ def read_angle(
         H={Quantity.POSITION: 1.0, Quantity.ANGLE_OFFSET: slope},
         R=error + (LAG_STD * late) ** 2,
         alternative=ca.log(model.assumed.stops.lies / model.stroke),
-        teaches={one: True for one in Quantity if one != Quantity.COMPLIANCE},
+        teaches=BY_PLACE,
         stands=(stands, model.stroke),
     )
     return after, measurement

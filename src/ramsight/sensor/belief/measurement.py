@@ -24,6 +24,9 @@ from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.thresholds import TINY
 
+BY_PLACE: Mapping[Quantity, Condition] = {one: True for one in Quantity if one != Quantity.COMPLIANCE}
+"""What a measurement of the place teaches: all but the compliance."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:

@@ -12,7 +12,7 @@ import casadi as ca
 
 from ramsight.expression import Scalar, all_of
 from ramsight.machine.assumption_description import AssumedReading
-from ramsight.sensor.belief.measurement import Measurement
+from ramsight.sensor.belief.measurement import BY_PLACE, Measurement
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.quantity import Quantity
@@ -44,7 +44,7 @@ def read_position(
         H={Quantity.POSITION: 1.0},
         R=assumed.std**2 + (LAG_STD * late) ** 2,
         alternative=ca.log(assumed.wrong / stroke),
-        teaches={one: True for one in Quantity if one != Quantity.COMPLIANCE},
+        teaches=BY_PLACE,
         common=assumed.offset,
         stands=(stands, stroke),
     )

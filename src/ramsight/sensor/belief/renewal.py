@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import casadi as ca
 
@@ -28,8 +27,6 @@ from ramsight.sensor.kind import Kind
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.thresholds import LOG_WEIGHT_LEAST, OUTSIDE, UNREACHABLE
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -48,15 +45,14 @@ class Measured:
     moved: Scalar
     stages: tuple[Sequence[Hypothesis], ...]
 
-    def followed(self, bank: T, by: Measured) -> tuple[T, Measured]:
-        """What this and another one after it did to a bank, which is handed on."""
-        both = Measured(
+    def followed(self, by: Measured) -> Measured:
+        """What this and another one after it did."""
+        return Measured(
             accepted=any_of(self.accepted, by.accepted),
             rejected=any_of(self.rejected, by.rejected),
             moved=self.moved + by.moved,
             stages=(*self.stages, *by.stages),
         )
-        return bank, both
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.bank import Bank
 from ramsight.sensor.belief.closed_volume import EventState, follow_event
 from ramsight.sensor.belief.link_angle import LinkState, read_angle
-from ramsight.sensor.belief.measurement import Measurement
+from ramsight.sensor.belief.measurement import BY_PLACE, Measurement
 from ramsight.sensor.belief.position_reading import read_position
 from ramsight.sensor.belief.renewal import Measured
 from ramsight.sensor.checks.drive_check import DriveChecks
@@ -216,14 +216,15 @@ def measure(
     if link is not None and lever is not None:
         known = any_of(at.known, measured.accepted)
         link, angle = read_angle(link, at.sample, at.step, place.stands + measured.moved, known, lever, model)
-        after, measured = measured.followed(*after.placed(angle))
+        after, placed = after.placed(angle)
+        measured = measured.followed(placed)
     since, refused = {}, flag(False)
     for name, before in state.since.items():
-        stands, assumed = place.stands + measured.moved, getattr(model.assumed, name)
+        stands, assumed = place.stands + measured.moved, getattr(model.assumed, READINGS[name])
         since[name], reading = read_position(name, before, at.sample, at.step, stands, model.stroke, assumed)
         after, read = after.placed(reading, is_reading=True)
         refused = any_of(refused, read.rejected)
-        after, measured = measured.followed(after, read)
+        measured = measured.followed(read)
     passed = ca.if_else(measured.accepted, 0.0, met.relief.passed_std + flow.passed)
     rejected = any_of(all_of(measured.rejected, at.sample.referenced), refused)
     contradicted = _contradicted(state, at.checks, measured)
@@ -455,7 +456,7 @@ def _place(at: Prediction, met: ContactEvidence, model: MachineModel) -> Place:
         H={Quantity.POSITION: 1.0, Quantity.LOW: -count(low), Quantity.TOP: -count(top)},
         R=ca.if_else(reported, stops.reference**2, own),
         alternative=ca.log(chance / model.stroke),
-        teaches={one: True for one in Quantity if one != Quantity.COMPLIANCE},
+        teaches=BY_PLACE,
         arrived=ca.if_else(by_contact, late**2 + contact.std**2, 0.0),
         stands=(stands, model.stroke),
     )

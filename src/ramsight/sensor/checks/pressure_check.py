@@ -18,7 +18,8 @@ from ramsight.expression import Scalar, all_of, any_of, count, negated
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.checks.disagreement import OnsetState, Sums, compared, growth_from_onset, leaky_sum
 from ramsight.sensor.checks.drive_check import DriveChecks, wrong_leakage
-from ramsight.sensor.inputs.sample import PRESSURES, Sample, declared_inputs
+from ramsight.sensor.circuit.pressures import measured_pressures
+from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import EFFICIENCY_STD, PRESSURE_TURNED_LEAST
 
@@ -40,7 +41,7 @@ class PressureCheckState:
     @classmethod
     def initial(cls, assumptions: Assumptions) -> PressureCheckState | None:
         """Before the first sample; None where no pressures are measured."""
-        return cls() if PRESSURES[0] in declared_inputs(assumptions) else None
+        return cls() if measured_pressures(assumptions) else None
 
 
 def check_pressures(

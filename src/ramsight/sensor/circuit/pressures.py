@@ -50,11 +50,16 @@ class PressureState:
     @classmethod
     def initial(cls, assumptions: Assumptions) -> PressureState | None:
         """Before the first sample; None where no pressures are measured."""
-        names = [one for one in declared_inputs(assumptions) if one in PRESSURES]
+        names = measured_pressures(assumptions)
         if not names:
             return None
         zeros = {name: scalar(0.0) for name in names}
         return cls(shown=zeros, leaked=zeros, corrected=zeros)
+
+
+def measured_pressures(assumptions: Assumptions) -> list[str]:
+    """Those of a sensor's inputs that are pressures: both, or none."""
+    return [one for one in declared_inputs(assumptions) if one in PRESSURES]
 
 
 @dataclass(frozen=True)

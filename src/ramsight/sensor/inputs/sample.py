@@ -24,8 +24,8 @@ LINK_ANGLE, SHAFT_ANGLE = channels.LINK_ANGLE.name, channels.SHAFT_ANGLE.name
 DC_POWER, MOTOR_TEMPERATURE = channels.DC_POWER.name, channels.MOTOR_TEMPERATURE.name
 MEASURED = {one.name: (one.units, one.long_name) for one in channels.FURTHER}
 """Further inputs, where a machine declares them; not-a-number where one is missing: unit, and what they are."""
-READINGS = tuple(one.name for one in channels.READINGS)
-"""Those that are occasional readings of the position."""
+READINGS = {one.name: one.declared for one in channels.READINGS}
+"""Those that are occasional readings of the position: the table of assumptions that declares each."""
 
 
 def declared_inputs(assumptions: Assumptions) -> tuple[str, ...]:
