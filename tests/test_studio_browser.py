@@ -747,6 +747,14 @@ def test_a_part_of_the_circuit_opens_its_values_by_mouse_and_by_keys(page):
     assert serious(page) == []
 
 
+def test_a_page_that_is_busy_for_a_while_is_not_loaded_again(page):
+    page.evaluate("window.stays = true")
+    page.evaluate("for (const from = performance.now(); performance.now() - from < 15000;);")
+    count = page.evaluate("studio.count()")
+    wait(page, lambda: page.evaluate("studio.count()") > count + 20)
+    assert page.evaluate("window.stays")
+
+
 def test_the_machine_is_looked_at_from_above_and_as_at_first(page):
     scene = page.locator(".space .nicegui-scene")
     scene.wait_for(timeout=READY)

@@ -22,7 +22,10 @@ _FREE = 16  # bytes of a token
 _SHOWN = 60.0  # s, within which a browser that shows a page asks for its socket
 _FORGOTTEN = 3600.0  # s, after which NiceGUI forgets a tab that nobody has come back to
 _KEPT = 16  # machines of the catalogue that were asked for by a link
-_GONE = 5.0  # s, until a page that has gone away is abandoned, and its machine ended
+_GONE = 10.0  # s, until a page that has gone away is abandoned, and its machine ended
+_SILENT = 40.0  # s, within which NiceGUI asks whether a page is there (0.8 of it) and waits for the answer (0.4 of it).
+# A page that draws on a slow computer is silent for seconds. Abandoned too early, it is loaded anew and forgets
+# what its visitor has typed.
 
 
 _SCRIPTS = (
@@ -99,7 +102,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
 
     title = title_of(described)
 
-    @ui.page("/", title=title)
+    @ui.page("/", title=title, reconnect_timeout=_GONE)
     async def page() -> Response | None:
         client = ui.context.client
         request = client.request
@@ -152,7 +155,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
         reload=False,
         dark=None,
         language="en-US",
-        reconnect_timeout=_GONE,
+        reconnect_timeout=_SILENT,
         tailwind=False,  # 260 kB that look at every change of the page; its few words are in studio.css
         gzip_middleware_factory=None if host in LOOPBACK else GZipMiddleware,  # nothing is far away on this machine
         show_welcome_message=False,
