@@ -12,6 +12,7 @@ from ramsight.sensor.contacts.press import (
     PressState,
     Pushed,
     at_setting,
+    chance_of_none,
     follow_press,
     likelier_at_end,
     odds_of_end,
@@ -122,6 +123,32 @@ def test_a_press_that_never_reaches_the_setting_or_only_draws_decides_nothing():
         assert float(decided) == 0.0
     assert not pressed_for(5.0, pushing=0.0)[1]
     assert float(odds_of_end(ca.DM(0.0), ca.DM(9.0))) == 0.0, "a place alone is no end"
+
+
+def let_go(seconds, place):
+    """Whether a press counts as it is let go, after a time at the setting."""
+    state, decided = pressed_for(seconds, place=place)
+    assert not decided, "it has not decided before"
+    return bool(float(follow_press(state, pushed(1, 0.0, 0.0, pushing=0.0, place=place))[1]))
+
+
+@pytest.mark.parametrize(("seconds", "place", "counts"), [
+    (0.04, 2.0, True),  # at the setting, where an end is expected
+    (0.0, 2.0, False),  # it never got there
+    (0.02, 1e-6, True),
+    (0.2, -1e-6, False),  # any other place is as likely
+    (0.2, 0.0, False),  # the position is unknown
+])  # fmt: skip
+def test_a_press_that_is_let_go_counts_near_an_end_that_is_expected(seconds, place, counts):
+    assert let_go(seconds, place) is counts
+
+
+def test_what_a_press_leaves_of_no_end_falls_with_its_time():
+    chances = [float(chance_of_none(pressed_for(seconds)[0])) for seconds in (0.02, 0.12, 0.52)]
+    assert chances[0] == pytest.approx(NO_END_HOLDS * math.exp(-0.2))
+    assert chances[0] / chances[1] == pytest.approx(math.e)
+    assert chances[2] < 2.0 * FALSE_CONTACT
+    assert float(chance_of_none(PressState())) == 0.0, "a load that has settled on its end has pressed nothing"
 
 
 def test_what_is_let_go_is_forgotten():

@@ -16,7 +16,7 @@ _RAMPS = (1000.0 * RPM, 4000.0 * RPM)  # rad/s2, least and greatest
 _RESTS = (1.0, 4.0)  # s
 _LOAD_RAMP = 0.4  # s
 _LOAD_CHANGES = 0.5  # chance at each rest
-_BEYOND = 0.15  # share of the stroke by which the command of a visit to a stop goes beyond it
+_BEYOND = 0.3  # share of the stroke by which the command of a visit to a stop goes beyond it: pressed for some seconds
 _INSIDE = (0.1, 0.9)  # share of the stroke that other moves stay within
 
 

@@ -30,6 +30,7 @@ from ramsight.sensor.circuit.relief import Relief, blown, passed_share
 from ramsight.sensor.circuit.rest import creep
 from ramsight.sensor.contacts.contact_state import Contact
 from ramsight.sensor.contacts.mode import Mode, is_in
+from ramsight.sensor.contacts.press import chance_of_none
 from ramsight.sensor.inputs.intake import Intake
 from ramsight.sensor.inputs.sample import DC_POWER, PRESSURES, READINGS, SHAFT_ANGLE, Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
@@ -448,7 +449,7 @@ def _place(at: Prediction, met: ContactEvidence, model: MachineModel) -> Place:
     own = (stops.contact * model.stroke) ** 2 + given_way
     end = ca.if_else(contact.at_top, model.stroke, 0.0)
     low, top = all_of(by_contact, negated(contact.at_top)), all_of(by_contact, contact.at_top)
-    chance = ca.if_else(by_contact, stops.obstacle, stops.lies)
+    chance = ca.if_else(by_contact, stops.obstacle + chance_of_none(met.contact.hold.press), stops.lies)
     stands = ca.if_else(by_contact, contact.position, met.nominal)
     measurement = Measurement(
         use=any_of(reported, evident),

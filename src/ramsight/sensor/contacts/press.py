@@ -8,7 +8,9 @@ it for long: with t the time at the setting,
 
 p is the share of presses without an end that reach the setting, T how fast these pass. The last term is the place: how
 much likelier the piston is at the end than anywhere in the stroke S; it is nothing where no position is known. The
-press is *decided* once the odds of no end are below what is stated for false contacts.
+press is *decided* once the odds of no end are below what is stated for false contacts. One that is let go before is a
+measurement as well, if it reached the setting where an end is likelier than anywhere else: the odds of no end that the
+press has left are then in the density of something else (`chance_of_none`).
 
 While the motor pushes, the torque rises by what the oil is compressed. On an end the rise is the one expected; what
 stops a piston anywhere else gives way, and the torque stays behind.
@@ -27,7 +29,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from ramsight.engine.typed_state import leaf
-from ramsight.expression import Flag, Real, Scalar, all_of, any_of
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, negated
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
@@ -130,6 +132,11 @@ def odds_of_end(held: Scalar, place: Real) -> Scalar:
     return ca.if_else(held > 0.0, place - math.log(NO_END_HOLDS) + held / END_HELD_TIME, 0.0)
 
 
+def chance_of_none(press: PressState) -> Scalar:
+    """Odds of no end by the press alone: how likely a contact that it shows is of a load, soil or stones."""
+    return ca.if_else(press.at_setting > 0.0, ca.exp(-odds_of_end(press.at_setting, 0.0)), 0.0)
+
+
 def follow_press(state: PressState, now: Pushed) -> tuple[PressState, Flag]:
     """One sample, and whether the press is decided at it.
 
@@ -141,7 +148,9 @@ def follow_press(state: PressState, now: Pushed) -> tuple[PressState, Flag]:
     missing = now.missing + rise - now.rise
     stronger = all_of(now.pushing, rise > state.rise)
     lasts = state.at_setting + ca.if_else(all_of(now.pushing, now.at_setting), now.elapsed, 0.0)
-    decides = all_of(held, now.pushing, odds_of_end(lasts, now.place) > -math.log(FALSE_CONTACT))
+    surely = all_of(now.pushing, odds_of_end(lasts, now.place) > -math.log(FALSE_CONTACT))
+    let_go = all_of(negated(now.pushing), lasts > 0.0, now.place > 0.0)
+    decides = all_of(held, any_of(surely, let_go))
     after = PressState(
         at_setting=ca.if_else(held, lasts, 0.0),
         decided=all_of(held, any_of(state.decided, decides)),
