@@ -15,6 +15,8 @@ from ramsight.cli.common import (
     SensedUnit,
     Strict,
     named_unit,
+    say,
+    say_lines,
     say_written,
 )
 from ramsight.cli.strictness import strictly
@@ -54,7 +56,7 @@ def calibrate(
     with progress(2 * loads * len(TEMPERATURES), "calibrating the table") as bar:
         movement = calibrated(build(described, unit), motor_speed=motor_speed, loads=loads, advance=bar.advance)
     save(movement, out)
-    typer.echo(
+    say(
         f"{out}: written; {unit}, {loads} loads at {len(TEMPERATURES)} oil temperatures, torque from "
         f"{movement.lift_torque[0]:.1f} to {movement.lift_torque[-1]:.1f} N m while lifting"
     )
@@ -98,7 +100,7 @@ def leak_test(
     if out is not None:
         known = of_leak_test(found, described.unit(unit))
         write_text(tuned(described, unit, known, f"ramsight leak-test from the log {log.name}").text, out)
-    typer.echo(leak_test_summary(found))
+    say_lines(leak_test_summary(found))
     say_written(out)
 
 
@@ -177,7 +179,7 @@ def _identify_factors(
         by = f"ramsight identify from the log {log.name} and the position in {(truth or log).name}"
         text = tuned(description, unit, of_identification(found, description.unit(unit)), by).text
         write_text(text, out)
-    typer.echo(summary(found))
+    say_lines(summary(found))
     say_written(out)
 
 
@@ -206,7 +208,7 @@ def _identify_values(
     if map_out is not None:
         text = map_with(channel_map.read_text(encoding="utf-8"), known, found.torque, found.curve)
         write_text(text, map_out)
-    typer.echo(values_summary(found, unit))
+    say_lines(values_summary(found, unit))
     say_written(out, map_out)
 
 
