@@ -13,7 +13,8 @@ import typer
 import ramsight
 from ramsight.cli.verbs import app
 from ramsight.errors import one_line, printable
-from ramsight.machine import template
+from ramsight.machine import load_machine, template
+from ramsight.tracking.figures import verbatim
 from tests.command import at_once
 
 TITLE = "\x1b]0;owned\x07"
@@ -107,6 +108,15 @@ def test_a_verb_that_works_names_its_files_escaped(hostile, monkeypatch, tmp_pat
     assert out.exists()
     assert r"\x1b]0;owned\x07\nerror: all is well.csv: written" in done.stdout
     assert not re.search(r"[\x00-\x09\x0b-\x1f]|^error", done.stdout + done.stderr, re.MULTILINE)
+
+
+def test_what_is_written_of_a_name_can_be_read_again(tmp_path):
+    for name in (FALSE, os.fsdecode(b"\xff")):
+        file = tmp_path / f"n{name}.toml"
+        for words in (["new", file], ["new", file, "--force", "--minimal"]):
+            assert at_once(*words).returncode == 0
+            assert load_machine(file).name.startswith("n\\")
+    assert "\x1b" not in verbatim(FALSE), "in the title of a picture"
 
 
 def test_what_is_printed_was_escaped():

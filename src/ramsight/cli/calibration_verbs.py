@@ -20,6 +20,7 @@ from ramsight.cli.common import (
     say_written,
 )
 from ramsight.cli.strictness import strictly
+from ramsight.errors import one_line
 
 
 def calibrate(
@@ -99,7 +100,7 @@ def leak_test(
         found = leak_test(described, log, unit=unit, channel_map=channel_map)
     if out is not None:
         known = of_leak_test(found, described.unit(unit))
-        write_text(tuned(described, unit, known, f"ramsight leak-test from the log {log.name}").text, out)
+        write_text(tuned(described, unit, known, f"ramsight leak-test from the log {one_line(log.name)}").text, out)
     say_lines(leak_test_summary(found))
     say_written(out)
 
@@ -176,7 +177,7 @@ def _identify_factors(
     description = load_machine(machine)
     found = identify_unit(description, log, truth, unit=unit, channel_map=channel_map, progress=True)
     if out is not None:
-        by = f"ramsight identify from the log {log.name} and the position in {(truth or log).name}"
+        by = f"ramsight identify from the log {one_line(log.name)} and the position in {one_line((truth or log).name)}"
         text = tuned(description, unit, of_identification(found, description.unit(unit)), by).text
         write_text(text, out)
     say_lines(summary(found))
@@ -213,4 +214,4 @@ def _identify_values(
 
 
 def _named(logs: list[Path]) -> str:
-    return logs[0].name if len(logs) == 1 else f"{len(logs)} logs, {logs[0].name} to {logs[-1].name}"
+    return one_line(logs[0].name if len(logs) == 1 else f"{len(logs)} logs, {logs[0].name} to {logs[-1].name}")

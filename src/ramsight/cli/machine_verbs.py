@@ -135,7 +135,7 @@ def new(
     Example: ramsight new my-machine.toml
     Example: ramsight new my-lift.toml --circuit ddh --unit lift --minimal
     """
-    from ramsight.errors import DescriptionError, OutputError
+    from ramsight.errors import DescriptionError, OutputError, one_line
     from ramsight.machine import load_machine, template
     from ramsight.machine.minimal import alone, example_of
     from ramsight.machine.minimal import minimal as minimal_text
@@ -152,7 +152,7 @@ def new(
         machine = alone(machine, of, unit or of)
     else:
         machine = load_machine(like or "mining-loader")
-    text = (minimal_text if minimal else template)(machine, name=file.stem or "my-machine")
+    text = (minimal_text if minimal else template)(machine, name=one_line(file.stem) or "my-machine")
     write_text(text, file)
     say(f"{file}: written; put your machine's values in, then: ramsight check {file}")
 
