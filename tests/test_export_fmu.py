@@ -145,7 +145,7 @@ def test_the_sensor_tracks_a_faulty_day_as_in_python(fmus, instances, fmi):
             reference=reference if known else 0.0,
             reference_known=known,
         )
-        one.step(time, 0.02)
+        one.step(time, 0.0)  # the next one begins when it comes
         said = sensor.step(time, speed, torque, temperature, reference)
         assert one.get("position") == pytest.approx(said.position, abs=1e-12)
         assert whole([one.place["status"]])[0] == said.status
@@ -302,6 +302,8 @@ def test_instances_are_apart_and_a_reset_begins_anew(instances, what, fmi):
 
 @pytest.mark.parametrize(("what", "fmi"), KINDS)
 def test_a_state_is_kept_given_back_and_carried_as_bytes(instances, what, fmi):
+    from fmpy.fmi1 import FMICallException
+
     one = instances(what, fmi)
     one.begin(start_position=0.2, **({"start_known": True} if what == "sensor" else {"load": 100e3}))
 
@@ -324,6 +326,15 @@ def test_a_state_is_kept_given_back_and_carried_as_bytes(instances, what, fmi):
     again = uncarry(carry(kept))
     put(again)
     assert on(20) == first
+    data, rng = bytes(carry(kept)), np.random.default_rng(68)
+    for place in rng.integers(len(data), size=300):
+        damaged = bytearray(data)
+        damaged[place] ^= int(rng.integers(1, 256))
+        with pytest.raises(FMICallException):
+            uncarry(bytes(damaged))
+    for cut in (0, 1, len(data) - 9, len(data) - 1):
+        with pytest.raises(FMICallException):
+            uncarry(data[:cut])
     free(kept)
     free(again)
 
@@ -401,6 +412,30 @@ def test_a_step_that_is_none_is_an_error(instances, what, fmi, step):
 
 
 @pytest.mark.parametrize(("what", "fmi"), WRITTEN)
+def test_a_step_back_in_time_or_to_the_end_of_all_times_is_an_error(instances, what, fmi):
+    from fmpy.fmi1 import FMICallException
+
+    one = instances(what, fmi)
+    one.begin()
+    one.step(0.0, 0.02)
+    one.step(0.02 - 1e-17, 0.02)  # the sum of steps of an importer, rounded
+    before = outputs(one)
+    for time, step, says in (
+        (0.02, 0.02, "before the last one has ended"),
+        (-5.0, 0.02, "before the last one has ended"),
+        (1e300, 0.02, "1e9 s at most"),
+        (0.04, 1e300, "1e9 s at most"),
+        (-1e300, 0.02, "1e9 s at most"),
+    ):
+        with pytest.raises(FMICallException):
+            one.step(time, step)
+        if fmi == 3:
+            assert says in one.said[-1]
+    assert outputs(one) == pytest.approx(before, nan_ok=True)
+    one.step(0.04, 0.02)
+
+
+@pytest.mark.parametrize(("what", "fmi"), WRITTEN)
 def test_calls_out_of_their_order_are_errors(instances, what, fmi):
     from fmpy.fmi1 import FMICallException
 
@@ -460,7 +495,7 @@ def test_a_step_past_the_stop_time_is_an_error(instances, what, fmi):
 
 
 @pytest.mark.parametrize("fmi", FMI)
-@pytest.mark.parametrize("start", [float("nan"), float("inf")])
+@pytest.mark.parametrize("start", [float("nan"), float("inf"), 1e300])
 def test_a_start_time_that_is_none_is_an_error(instances, fmi, start):
     from fmpy.fmi1 import FMICallException
 

@@ -99,6 +99,15 @@ def test_a_text_with_lines_or_a_backslash_is_none(text):
     assert bounded_toml.loads(text)["a"]
 
 
+@pytest.mark.parametrize("key", ["name", "title"])
+@pytest.mark.parametrize("text", [r"a\nb", r"a\tb", "a\u202eb", "a\u2028b"])
+def test_a_heading_is_a_line(key, text):
+    changed = re.sub(rf"(?m)^{key} = .*$", lambda _: f'{key} = "{text}"', TEXT, count=1)
+    assert changed != TEXT
+    with pytest.raises(DescriptionError, match=f"{key}: holds the end of a line"):
+        machine.loads(changed, "a.toml")
+
+
 @pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="only Linux says the peak so")
 def test_little_memory(tmp_path):
     """Each in a process of its own, which says its own peak; the command alone takes about 110 MiB.

@@ -1,5 +1,6 @@
 """Stages of the sensor called directly, with plain numbers, at the boundaries where they decide."""
 
+import itertools
 import math
 from dataclasses import fields, is_dataclass, replace
 from types import SimpleNamespace
@@ -30,6 +31,7 @@ from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_cas
 from ramsight.sensor.inputs.intake import IntakeState, TemperatureState, TorqueState, check_inputs
 from ramsight.sensor.inputs.magnets import MagnetState, correct_torque
 from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.inputs.rate import RateState, check_rate
 from ramsight.sensor.inputs.sample import (
     DC_POWER,
     LINK_ANGLE,
@@ -119,7 +121,7 @@ def before(*, speed=100.0, torque=50.0, counter=None, **values):
         torque=made(TorqueState, **{name: ca.SX(one) for name, one in last.items()}),
         temperature=made(TemperatureState, **{name: ca.SX(one) for name, one in oil.items()}),
         counter=counter,
-        **{name: ca.SX(one) for name, one in known.items()},
+        **{name: one if is_dataclass(one) else ca.SX(one) for name, one in known.items()},
     )
 
 
@@ -154,6 +156,90 @@ def test_late_samples_in_their_order_are_those_of_a_clock_that_was_set_back(behi
     if time > 10.0:
         assert found.drift == pytest.approx(1e-4 * 0.5 * 200.0 * 2.0 * 0.02), "two samples unseen"
     assert bool(found.gap) == usable
+
+
+def _rate_step():
+    """The check of the rate as a function of plain numbers."""
+    names = [one.name for one in fields(RateState)]
+    symbols = {name: ca.SX.sym(name) for name in names}
+    tick, counts, speed = (ca.SX.sym(name) for name in ("tick", "counts", "speed"))
+    after, odd, unseen = check_rate(
+        made(RateState, **symbols), tick, there=ca.SX(1.0), counts=counts, speed=speed
+    )  # fmt: skip
+    column = ca.vertcat(*(getattr(after, name) for name in names))
+    return ca.Function("rate", [ca.vertcat(*symbols.values()), tick, counts, speed], [column, odd, unseen])
+
+
+RATE_STEP = _rate_step()
+
+
+def after_ticks(ticks, speed=100.0, state=None, counts=True):
+    """What is known of the rate after samples so far apart; which of them were odd; the time unseen, all together."""
+    names = [one.name for one in fields(RateState)]
+    now, odds, unseen = [value(getattr(state or RateState(), name)) for name in names], [], 0.0
+    for tick in ticks:
+        now, odd, unknown_for = RATE_STEP(now, tick, float(counts), speed)
+        odds.append(bool(odd))
+        unseen += float(unknown_for)
+    return (
+        made(RateState, **{name: ca.SX(one) for name, one in zip(names, now.full()[:, 0], strict=True)}),
+        odds,
+        unseen,
+    )
+
+
+@pytest.mark.parametrize("factor", [0.1, 0.5, 0.8, 1.5, 2.0, 5.0])
+def test_samples_at_another_rate_are_found_and_all_of_their_time_is_uncertain(factor):
+    settled, odds, unseen = after_ticks([H] * 300)
+    assert not any(odds)
+    assert unseen == 0.0
+    assert value(settled.period) == pytest.approx(H)
+    again, odds, unseen = after_ticks([factor * H] * 150, state=settled)
+    assert any(odds)
+    assert all(odds[odds.index(True) :])
+    assert unseen == pytest.approx(150 * H * abs(factor - 1.0), rel=0.3)
+    assert value(again.period) == pytest.approx(H, rel=0.05), "it is hardly learned from them"
+
+
+def test_a_rate_that_stays_is_the_new_one():
+    settled, *_ = after_ticks([H] * 30)
+    _, odds, _ = after_ticks([0.5 * H] * 60, state=settled)
+    assert any(odds)
+    assert not odds[-1]
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.015, 0.03])
+def test_samples_that_are_late_or_lost_now_and_then_are_no_other_rate(jitter):
+    sent = [H * k + jitter * (0.5 + 0.5 * math.sin(7.0 * k * k)) for k in range(400) if k % 10 != 3]
+    ticks = [b - a for a, b in itertools.pairwise(sent)]
+    assert not any(after_ticks(ticks)[1])
+
+
+def test_only_while_the_motor_turns_is_a_rate_learned_and_a_gap_is_none():
+    assert value(after_ticks([H] * 60, speed=0.0)[0].learnt) == 0.0
+    settled, *_ = after_ticks([H] * 60)
+    state, odds, unseen = after_ticks([0.2] * 5, state=settled)
+    assert not any(odds)
+    assert (value(state.period), value(state.apart), unseen) == (value(settled.period), 0.0, 0.0)
+
+
+def test_samples_that_are_passed_over_count_with_the_next_one_that_is_used():
+    settled, *_ = after_ticks([H] * 60)
+    state, _, _ = after_ticks([0.1 * H] * 3, state=settled, counts=False)
+    # A sample that is passed over keeps what it had of `odd`.
+    _, odds, unseen = after_ticks([0.1 * H], state=replace(state, odd=ca.SX(0.0)))
+    assert odds == [True]
+    assert unseen == pytest.approx(4 * 0.9 * H, rel=0.05)
+
+
+def test_another_rate_makes_the_position_uncertain_by_the_way_at_that_speed():
+    rate = made(RateState, period=ca.SX(H), learnt=ca.SX(50.0), apart=ca.SX(0.14), odd=ca.SX(0.0))
+    _, passed, found = checked(before(rate=rate), raw(time=10.06))
+    assert found.gap
+    assert found.usable
+    assert found.drift == pytest.approx(1e-4 * 100.0 * (0.99 * 0.14 + 0.04))
+    assert passed.elapsed == pytest.approx(0.06)
+    assert not checked(before(rate=rate), raw(time=10.02))[2].gap
 
 
 def test_the_first_sample_takes_no_time_and_is_known_at_once():

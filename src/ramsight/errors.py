@@ -35,6 +35,19 @@ def one_line(text: object) -> str:
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
 
 
+def printable(text: object) -> str:
+    r"""A text of some lines with every other control character escaped.
+
+    Args:
+        text: the lines.
+
+    Example:
+        >>> printable("one\ntwo\x1b[2J")
+        'one\ntwo\\x1b[2J'
+    """
+    return "\n".join(one_line(line) for line in str(text).split("\n"))
+
+
 def plain(text: str | None) -> str:
     r"""A name that a message can repeat: on one line, cut in the middle if it is long.
 

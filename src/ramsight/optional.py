@@ -15,6 +15,7 @@ USES = {
     "datasets": "a Dataset",
     "figures": "a figure",
     "identify": "an identification",
+    "opcua": "an OPC UA server",
     "study": "a study",
     "studio": "the studio",
 }
@@ -24,6 +25,7 @@ PACKAGES = {
     "datasets": ("xarray", "h5netcdf", "h5py"),
     "figures": ("matplotlib",),
     "identify": ("xarray", "scipy", "tomlkit"),
+    "opcua": ("asyncua",),
     "study": ("xarray", "scipy", "matplotlib", "zarr"),
 }
 """What is needed of an extra before long work is begun."""

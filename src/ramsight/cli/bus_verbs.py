@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, named_unit, say_written
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, named_unit, say, say_written
 
 
 def encoder(
@@ -110,11 +110,11 @@ def encoder(
         say_written(eds)
     shown = None if opcua is None else OpcuaServer(encoder, unit, *address_of(opcua))
     with open_bus(interface, channel) as bus, limited_log_lines(), until_stopped() as stop, shown or nullcontext():
-        typer.echo(f"{channel}: node {node_id} is the position of {unit}; {ready.said}")
+        say(f"{channel}: node {node_id} is the position of {unit}; {ready.said}")
         if shown is not None:
-            typer.echo(f"{shown.endpoint}: read only")
+            say(f"{shown.endpoint}: read only")
         serve(ready, bus, stop, each=(lambda: None) if shown is None else shown.take)
-    typer.echo(f"{channel}: node {node_id} is gone; {ready.said}")
+    say(f"{channel}: node {node_id} is gone; {ready.said}")
 
 
 def logs_replay(
@@ -167,7 +167,7 @@ def logs_replay(
     with open_bus(interface, channel) as bus, until_stopped() as stop, progress(_lasts(time), "replaying") as bar:
         done = replay(frames, bus, stop, speed=speed, advance=bar.advance)
     lost = f", {done.lost} not taken by the bus" if done.lost else ""
-    typer.echo(f"{channel}: node {drive_node} is gone; {done.frames} frames sent of {done.lasted:.1f} s{lost}")
+    say(f"{channel}: node {drive_node} is gone; {done.frames} frames sent of {done.lasted:.1f} s{lost}")
 
 
 def _lasts(time: Any) -> float:

@@ -15,9 +15,12 @@ from ramsight.cli.common import (
     SensedUnit,
     Strict,
     named_unit,
+    say,
+    say_lines,
     say_written,
 )
 from ramsight.cli.strictness import strictly
+from ramsight.errors import one_line
 
 
 def calibrate(
@@ -54,7 +57,7 @@ def calibrate(
     with progress(2 * loads * len(TEMPERATURES), "calibrating the table") as bar:
         movement = calibrated(build(described, unit), motor_speed=motor_speed, loads=loads, advance=bar.advance)
     save(movement, out)
-    typer.echo(
+    say(
         f"{out}: written; {unit}, {loads} loads at {len(TEMPERATURES)} oil temperatures, torque from "
         f"{movement.lift_torque[0]:.1f} to {movement.lift_torque[-1]:.1f} N m while lifting"
     )
@@ -97,8 +100,8 @@ def leak_test(
         found = leak_test(described, log, unit=unit, channel_map=channel_map)
     if out is not None:
         known = of_leak_test(found, described.unit(unit))
-        write_text(tuned(described, unit, known, f"ramsight leak-test from the log {log.name}").text, out)
-    typer.echo(leak_test_summary(found))
+        write_text(tuned(described, unit, known, f"ramsight leak-test from the log {one_line(log.name)}").text, out)
+    say_lines(leak_test_summary(found))
     say_written(out)
 
 
@@ -174,10 +177,10 @@ def _identify_factors(
     description = load_machine(machine)
     found = identify_unit(description, log, truth, unit=unit, channel_map=channel_map, progress=True)
     if out is not None:
-        by = f"ramsight identify from the log {log.name} and the position in {(truth or log).name}"
+        by = f"ramsight identify from the log {one_line(log.name)} and the position in {one_line((truth or log).name)}"
         text = tuned(description, unit, of_identification(found, description.unit(unit)), by).text
         write_text(text, out)
-    typer.echo(summary(found))
+    say_lines(summary(found))
     say_written(out)
 
 
@@ -206,9 +209,9 @@ def _identify_values(
     if map_out is not None:
         text = map_with(channel_map.read_text(encoding="utf-8"), known, found.torque, found.curve)
         write_text(text, map_out)
-    typer.echo(values_summary(found, unit))
+    say_lines(values_summary(found, unit))
     say_written(out, map_out)
 
 
 def _named(logs: list[Path]) -> str:
-    return logs[0].name if len(logs) == 1 else f"{len(logs)} logs, {logs[0].name} to {logs[-1].name}"
+    return one_line(logs[0].name if len(logs) == 1 else f"{len(logs)} logs, {logs[0].name} to {logs[-1].name}")

@@ -5,11 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ramsight.errors import one_line, printable
 from ramsight.log_formats import READABLE
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
 
 LOG = f"{READABLE}, by its suffix"
 Machine = Annotated[str, typer.Argument(help="A description file, or a catalogue name.")]
@@ -21,6 +25,8 @@ SensedUnit = Annotated[
 ]
 DriveLog = Annotated[Path, typer.Argument(help=f"Drive log: {LOG}.")]
 _VERDICTS = {"passed": "green", "look twice": "yellow", "failed": "red"}
+_WIDE = 140  # columns of a table where the output goes into a file or a pipe
+_KINDS = {"error": "red", "warning": "yellow"}
 Strict = Annotated[
     bool, typer.Option("--strict", help="Exit with 1 if there was a warning, for batch jobs; files are written.")
 ]
@@ -52,22 +58,51 @@ def coloured(word: str, colour: str) -> str:
     return word if os.environ.get("NO_COLOR") else typer.style(word, fg=colour)
 
 
-def say_error(text: str) -> None:
-    """Say on standard error what a user can mend."""
-    typer.echo(f"{coloured('error', 'red')}: {text}", err=True)
+def say(text: object) -> None:
+    """Print a line on standard output."""
+    typer.echo(one_line(text))
+
+
+def say_lines(text: object) -> None:
+    """Print a text of several lines on standard output."""
+    typer.echo(printable(text))
+
+
+def say_table(what: RenderableType) -> None:
+    """Print a table on standard output."""
+    from rich.console import Console
+    from rich.segment import Segment, Segments
+
+    console = Console(highlight=False)
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console.width = _WIDE
+    # Cells are escaped after they are laid out, so that no table can forget it.
+    laid_out = (Segment(printable(text), style) for text, style, control in console.render(what) if not control)
+    console.print(Segments(laid_out), end="")
+
+
+def say_error(text: object, kind: str = "error") -> None:
+    """Say on standard error what a user can mend, on one line.
+
+    Args:
+        text: what it is.
+        kind: error or warning.
+    """
+    words = " ".join(str(text).split())
+    typer.echo(f"{coloured(kind, _KINDS[kind])}: {one_line(words)}", err=True)
 
 
 def say_verdicts(text: str) -> None:
     """Print lines that begin with a verdict, its words in colour."""
     for line in text.splitlines():
         verdict = next((one for one in _VERDICTS if line.startswith(one)), "")
-        typer.echo(coloured(verdict, _VERDICTS[verdict]) + line[len(verdict) :] if verdict else line)
+        typer.echo((coloured(verdict, _VERDICTS[verdict]) if verdict else "") + one_line(line[len(verdict) :]))
 
 
 def say_cautions(sentences: Iterable[str]) -> None:
     """Print what is worth a second look, a line each."""
     for sentence in sentences:
-        typer.echo(f"{coloured('look twice', 'yellow')}: {sentence}")
+        typer.echo(f"{coloured('look twice', 'yellow')}: {one_line(sentence)}")
 
 
 def named_unit(machine: str, unit: str | None) -> str:
@@ -91,4 +126,4 @@ def say_written(*paths: Path | None) -> None:
     """Say which files were written; None was not asked for."""
     for path in paths:
         if path is not None:
-            typer.echo(f"{path}: written")
+            say(f"{path}: written")

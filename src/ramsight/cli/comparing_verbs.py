@@ -7,7 +7,17 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import LOG, DriveLog, DrivenUnit, Machine, Strict, named_unit, say_verdicts, say_written
+from ramsight.cli.common import (
+    LOG,
+    DriveLog,
+    DrivenUnit,
+    Machine,
+    Strict,
+    named_unit,
+    say_lines,
+    say_verdicts,
+    say_written,
+)
 from ramsight.cli.strictness import strictly
 
 
@@ -101,7 +111,7 @@ def compare(
             write_compared(found.track, out)
         if figure is not None:
             compared_figure(found.track, verbatim(f"{machine}, {unit}: {other.name}"), figure)
-        typer.echo(found.text)
+        say_lines(found.text)
         say_written(out, figure)
 
 
@@ -155,4 +165,4 @@ def logs_shared(
     from ramsight.logs import read_log
 
     logs = [read_log(first, channel_map), read_log(second, second_map or channel_map)]
-    typer.echo(check_shared(*logs).text)
+    say_lines(check_shared(*logs).text)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, Requirement, SensedUnit, named_unit
+from ramsight.cli.common import Machine, Requirement, SensedUnit, named_unit, say, say_lines
 
 
 def datasheet(
@@ -90,10 +90,10 @@ def datasheet(
     title = f"{study.machine.title or study.machine.name}, unit {unit}"
     judged = study.required(sheet)
     write_sheet(sheet, found, out, title, judged)
-    typer.echo(sheet.text)
+    say_lines(sheet.text)
     if judged is not None:
-        typer.echo(judged.text)
-    typer.echo(f"{out}: {', '.join(FILES[:-1])} and {FILES[-1]} written")
+        say_lines(judged.text)
+    say(f"{out}: {', '.join(FILES[:-1])} and {FILES[-1]} written")
     if judged is not None and not judged.is_met:
         raise typer.Exit(1)
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, SensedUnit, named_unit, say_written
+from ramsight.cli.common import Machine, SensedUnit, named_unit, say, say_lines, say_written
 
 Speed = Annotated[str | None, typer.Option(help="Of the control: largest velocity, for example '20 mm/s'.")]
 Force = Annotated[str | None, typer.Option(help="Of the control: largest load that is pushed against, '300 kN'.")]
@@ -62,12 +62,12 @@ def export_c(
         machine, unit, out=out, single=single, parameters=parameters, control=control,
         profile=profile, measure=measure, **driving, progress=True,
     )  # fmt: skip
-    typer.echo(
+    say_lines(
         shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"
     )
     if done.control:
-        typer.echo(f"control: {shown_control(done.control)}")
-    typer.echo(f"{out}: {', '.join(sorted(done.files))} written")
+        say(f"control: {shown_control(done.control)}")
+    say(f"{out}: {', '.join(sorted(done.files))} written")
 
 
 def export_fmu(
@@ -118,7 +118,7 @@ def export_fmu(
         )
     lacking = "sources alone" if platforms else "sources alone: no C compiler was found"
     binary = f"sources and a binary for {', '.join(done.binaries)}" if done.binaries else lacking
-    typer.echo(f"{out}: written; FMI {fmi}.0 co-simulation, {done.variables} variables, {binary}")
+    say(f"{out}: written; FMI {fmi}.0 co-simulation, {done.variables} variables, {binary}")
 
 
 def export_ssp(
@@ -151,7 +151,7 @@ def export_ssp(
         done = export_package(machine, unit, out=out, control=control, fmi=fmi, platforms=platforms, **driving)
     binary = f"binaries for {', '.join(done.binaries)}" if done.binaries else "sources alone"
     held = f"{done.connections} connections, {done.parameters} parameters, {binary}"
-    typer.echo(f"{out}: written; {' and '.join(done.components)}, {held}")
+    say(f"{out}: written; {' and '.join(done.components)}, {held}")
 
 
 def export_parameters(
@@ -170,7 +170,7 @@ def export_parameters(
     from ramsight.api.exporting import export_parameters as export_numbers
 
     count = export_numbers(machine, unit, out=out, what=what)
-    typer.echo(f"{out}: {count} numbers of {what} written")
+    say(f"{out}: {count} numbers of {what} written")
 
 
 def export_fmeda(
@@ -188,7 +188,7 @@ def export_fmeda(
     unit = named_unit(machine, unit)
     from ramsight.api.fmeda_tables import export_fmeda as export_table
 
-    typer.echo(f"{out}: {export_table(machine, unit, out=out)} faults written; failure_rate_fit is yours to fill in")
+    say(f"{out}: {export_table(machine, unit, out=out)} faults written; failure_rate_fit is yours to fill in")
 
 
 def fmeda(
@@ -210,7 +210,7 @@ def fmeda(
     check_target(out, (".csv",))
     check_apart({"the table": table}, {"--out": out})
     found = diagnostic_coverage(table)
-    typer.echo(found.text)
+    say_lines(found.text)
     if out is not None:
         write_text(found.filled(), out)
     say_written(out)

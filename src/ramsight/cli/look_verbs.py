@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import say_written
+from ramsight.cli.common import say, say_lines, say_written
 
 
 def demo(
@@ -34,10 +34,10 @@ def demo(
     shown = demonstrated(progress=True)
     if picture is not None:
         write_figure(shown, picture)
-    typer.echo(shown.text)
+    say_lines(shown.text)
     say_written(picture)
     if lacks:
-        typer.echo(f"no picture: {lacks}")
+        say(f"no picture: {lacks}")
 
 
 def studio(

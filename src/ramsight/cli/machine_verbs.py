@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, named_unit, say_written
+from ramsight.cli.common import Machine, named_unit, say, say_lines, say_table, say_written
 
 
 def check(
@@ -31,7 +31,7 @@ def check(
     """
     from ramsight.api.abilities import abilities
     from ramsight.machine import load_machine
-    from ramsight.machine.tables import rows_of, show
+    from ramsight.machine.tables import rows_of
     from ramsight.optional import check_extra
     from ramsight.output import check_figure
     from ramsight.plant.machine_tables import machine_summary
@@ -40,17 +40,17 @@ def check(
     if channel_map is not None:
         check_extra("can")
     described = load_machine(machine)
-    show(machine_summary(described, unit))
+    say_table(machine_summary(described, unit))
     for name in described.units if unit is None else (unit,):
-        typer.echo(f"\nwhat {name} can have")
-        show(rows_of((one.what, "yes" if one.can else "no", one.how) for one in abilities(described, unit=name)))
+        say_lines(f"\nwhat {name} can have")
+        say_table(rows_of((one.what, "yes" if one.can else "no", one.how) for one in abilities(described, unit=name)))
     if channel_map is not None:
         from ramsight.deploy.encoder.witnesses import witnesses
         from ramsight.logs.channel_map import load_map
 
         found = witnesses(load_map(channel_map))
-        typer.echo("\nwhat tells that the drive's data are alive")
-        show(rows_of((name, "yes" if there else "no", how) for name, there, how in found))
+        say_lines("\nwhat tells that the drive's data are alive")
+        say_table(rows_of((name, "yes" if there else "no", how) for name, there, how in found))
     if figure is not None:
         from ramsight.calibration.pump_map_figure import pump_map_figure
         from ramsight.plant.build import build
@@ -68,9 +68,9 @@ def catalog_list(context: typer.Context) -> None:
     Example: ramsight catalog
     """
     if context.invoked_subcommand is None:
-        from ramsight.machine.tables import catalogue_list, show
+        from ramsight.machine.tables import catalogue_list
 
-        show(catalogue_list())
+        say_table(catalogue_list())
 
 
 def catalog_check() -> None:
@@ -88,13 +88,13 @@ def catalog_check() -> None:
 
     found = check_own()
     if not found:
-        typer.echo(f"{own_folder()}: no entries of one's own")
+        say(f"{own_folder()}: no entries of one's own")
     for one in found:
         for text in one.errors:
             say_error(text)
         say_cautions(f"{one.path}: {text}" for text in one.cautions)
         if not one.errors:
-            typer.echo(f"{one.path}: {one.what} can be used")
+            say(f"{one.path}: {one.what} can be used")
     if any(one.errors for one in found):
         raise typer.Exit(1)
     entries()  # refuses a name that is there twice
@@ -110,9 +110,9 @@ def catalog_show(
 
     Example: ramsight catalog show PGI100-2-008
     """
-    from ramsight.machine.tables import catalogue_entry, show
+    from ramsight.machine.tables import catalogue_entry
 
-    show(catalogue_entry(name))
+    say_table(catalogue_entry(name))
 
 
 def new(
@@ -135,7 +135,7 @@ def new(
     Example: ramsight new my-machine.toml
     Example: ramsight new my-lift.toml --circuit ddh --unit lift --minimal
     """
-    from ramsight.errors import DescriptionError, OutputError
+    from ramsight.errors import DescriptionError, OutputError, one_line
     from ramsight.machine import load_machine, template
     from ramsight.machine.minimal import alone, example_of
     from ramsight.machine.minimal import minimal as minimal_text
@@ -152,9 +152,9 @@ def new(
         machine = alone(machine, of, unit or of)
     else:
         machine = load_machine(like or "mining-loader")
-    text = (minimal_text if minimal else template)(machine, name=file.stem or "my-machine")
+    text = (minimal_text if minimal else template)(machine, name=one_line(file.stem) or "my-machine")
     write_text(text, file)
-    typer.echo(f"{file}: written; put your machine's values in, then: ramsight check {file}")
+    say(f"{file}: written; put your machine's values in, then: ramsight check {file}")
 
 
 def draw(

@@ -6,11 +6,10 @@ import gc
 import os
 import sys
 from contextlib import nullcontext
+from io import TextIOWrapper
 from typing import Any
 
-import typer
-
-from ramsight.cli.common import coloured, say_error
+from ramsight.cli.common import say_error
 from ramsight.cli.verbs import app
 
 
@@ -20,6 +19,8 @@ def main() -> None:
     from ramsight.progress import spoken
 
     _say_warnings()
+    if isinstance(sys.stdout, TextIOWrapper):  # ± and µ on a terminal that has ASCII alone
+        sys.stdout.reconfigure(errors="backslashreplace")
     # Graphs are many objects and no circles: to look for some takes a tenth of the time.
     gc.set_threshold(50_000, 20, 20)
     _without_other_arrays()
@@ -29,7 +30,7 @@ def main() -> None:
             app()
     except RamsightError as error:
         for one in (error, *error.others):
-            say_error(" ".join(str(one).split()))
+            say_error(one)
         sys.exit(2)
     except OSError as error:
         say_error(f"{_cause(error)}{error.strerror or error}")
@@ -68,7 +69,7 @@ def _say_warnings() -> None:
 
     def show(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
         if issubclass(category, shown):
-            typer.echo(f"{coloured('warning', 'yellow')}: {' '.join(str(message).split())}", err=True)
+            say_error(message, "warning")
         else:
             usual(message, category, *rest, **more)
 

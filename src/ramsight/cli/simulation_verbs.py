@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, named_unit, say_cautions, say_written
+from ramsight.cli.common import DrivenUnit, Machine, named_unit, say_cautions, say_lines, say_written
 
 if TYPE_CHECKING:
     from ramsight.duty import DriveReport
@@ -135,7 +135,7 @@ def simulate(
     how = reported_how(passed, built, seed=seed)
     run = recorded(made, work, ambient=ambient, sample_period=sample_period, progress=True)
     _write(run, how, out, log, truth, figure)
-    typer.echo(run_summary(run))
+    say_lines(run_summary(run))
     say_cautions(run_cautions(run, described.unit(unit).drive.max_torque, derive(built).load_at_relief))
     say_written(out, log, truth, figure)
 

@@ -16,6 +16,9 @@ from ramsight.cli.common import (
     Requirement,
     Strict,
     named_unit,
+    say,
+    say_lines,
+    say_table,
     say_written,
 )
 from ramsight.cli.strictness import strictly
@@ -41,7 +44,7 @@ def logs_inspect(
     """
     from ramsight.logs.inspect import inspect_log
     from ramsight.logs.proposal import map_text
-    from ramsight.logs.shown import show
+    from ramsight.logs.shown import inspection_table
     from ramsight.output import check_apart, check_target, write_text
     from ramsight.progress import progress
 
@@ -50,13 +53,13 @@ def logs_inspect(
     with strictly(is_strict=strict):
         with progress(1.0, "looking through") as bar:
             found = inspect_log(file, channel_map, dbc=dbc or (), advance=bar.advance)
-        show(found)
+        say_table(inspection_table(found))
         text = map_text(found, None if out is None else out.parent)
         if out is None:
-            typer.echo(f"\n{text}", nl=False)
+            say_lines("\n" + text.removesuffix("\n"))
             return
         write_text(text, out)
-        typer.echo(f"{out}: written; check it, signs above all")
+        say(f"{out}: written; check it, signs above all")
 
 
 def track(
@@ -161,20 +164,20 @@ def track(
             more=("mode", "reference"),
             available=available,
             progress=True,
-            say=typer.echo,
+            say=say_lines,
         )
         if figure is not None and done.track is not None and done.log is not None:
             title = verbatim(f"{description.title or description.name}, {unit}: {log.name}")
             tracked_figure(done.log, done.track, true, title, figure, look)
-        typer.echo(done.summary)
+        say_lines(done.summary)
         if true is not None and done.track is not None:
-            typer.echo(error_text(errors_of(done.track, true), len(done.track)))
+            say_lines(error_text(errors_of(done.track, true), len(done.track)))
         check = None if asked is None else achieved(done, true, asked, built)
         if check is not None:
-            typer.echo(check.verdict)
+            say_lines(check.verdict)
         say_written(out, figure, None if done.is_contradicted else state)
         if done.mistake:
-            typer.echo(f"likeliest mistake: {done.mistake}")
+            say(f"likeliest mistake: {done.mistake}")
         if check is not None and true is not None and not check.is_met:
             raise typer.Exit(1)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import inspect
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Annotated, Any
 
 import typer
@@ -23,12 +24,21 @@ from ramsight.cli import (
     simulation_verbs,
     tracking_verbs,
 )
-from ramsight.cli.common import group
+from ramsight.cli.common import group, say
 from ramsight.cli.option_errors import Verb
+from ramsight.errors import printable
 
 
 class Sectioned(TyperGroup):
-    """The verbs in sections, by what they are for."""
+    """The verbs in sections, by what they are for; what it refuses of a command line is escaped when it is repeated."""
+
+    def make_context(self, *words: Any, **more: Any) -> Any:  # noqa: D102 - as in Click
+        with _escaped():
+            return super().make_context(*words, **more)
+
+    def invoke(self, ctx: Any) -> Any:  # noqa: D102 - as in Click
+        with _escaped():
+            return super().invoke(ctx)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: D102 - as in Click
         sections = {title: [verb_name(verb) for verb in verbs] for title, verbs in SECTIONS.items()}
@@ -38,6 +48,20 @@ class Sectioned(TyperGroup):
         for title, names in sections.items():
             with formatter.section(title):
                 formatter.write_dl([(name, self.commands[name].get_short_help_str(limit)) for name in names])
+
+
+_Usage: Any = typer.BadParameter.__bases__[0]
+"""Every mistake on a command line; Typer has a Click of its own and offers this one kind of it."""
+
+
+@contextmanager
+def _escaped() -> Iterator[None]:
+    """Names of files are words of a command line, too."""
+    try:
+        yield
+    except _Usage as error:
+        error.message = printable(error.message)
+        raise
 
 
 app = group(name="ramsight", cls=Sectioned, no_args_is_help=True, pretty_exceptions_enable=False)
@@ -74,7 +98,7 @@ def _version(wanted: bool) -> None:
     if wanted:
         from ramsight._version import __version__
 
-        typer.echo(f"ramsight {__version__}")
+        say(f"ramsight {__version__}")
         raise typer.Exit
 
 

@@ -4,26 +4,17 @@ from __future__ import annotations
 
 import math
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from ramsight.errors import plain
 from ramsight.logs.inspect import Channel, Inspection
 
-_WIDE = 140  # columns where the output goes into a file or a pipe
 _EXTENDED = 1 << 31
 _MOST = 2000  # channels of one file in the table; those with a use come before all others
 
 _MOST_CLOCKS = 20
-
-
-def show(found: Inspection) -> None:
-    """Print the channels on standard output."""
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console.width = _WIDE
-    console.print(inspection_table(found))
 
 
 def inspection_table(found: Inspection) -> RenderableType:

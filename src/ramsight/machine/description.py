@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, PrivateAttr, Tag, field_validator, model_validator
+from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from ramsight.errors import DescriptionError, UnknownNameError
+from ramsight.errors import DescriptionError, UnknownNameError, one_line
 from ramsight.machine import catalogue
 from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import Part, walk, with_models
@@ -224,12 +224,22 @@ AnyUnit = Annotated[
 ]
 
 
+def _on_one_line(text: str) -> str:
+    """A text for headings, refused if it is of several lines."""
+    if one_line(text) != text:
+        raise PydanticCustomError("units", "{text}", {"text": "holds the end of a line, or another control character"})
+    return text
+
+
+Heading = Annotated[str, AfterValidator(_on_one_line)]
+
+
 class Machine(Part):
     """Machine description: its name, its hydraulic units and the mechanism that they move."""
 
     format: Annotated[Literal[1], Field(description="format of this file")] = 1
-    name: Annotated[str, Field(description="short name, used in file names", min_length=1)]
-    title: Annotated[str, Field(description="name for headings")] = ""
+    name: Annotated[Heading, Field(description="short name, used in file names", min_length=1)]
+    title: Annotated[Heading, Field(description="name for headings")] = ""
     description: Annotated[str, Field(description="a sentence about the machine")] = ""
     units: Annotated[dict[str, AnyUnit], Field(description="hydraulic units by name")]
     linkage: Annotated[

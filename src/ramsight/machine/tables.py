@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -15,20 +14,6 @@ from ramsight.machine.declare import declaration, explain
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import KINDS
 from ramsight.machine.reading import load_machine
-
-_WIDE = 140  # columns where the output goes into a file or a pipe
-
-
-def show(what: RenderableType) -> None:
-    """Print a table on standard output.
-
-    Args:
-        what: the table.
-    """
-    console = Console(highlight=False)
-    if not console.is_terminal and "COLUMNS" not in os.environ:
-        console.width = _WIDE
-    console.print(what)
 
 
 def table_of(headings: tuple[str, ...]) -> Table:

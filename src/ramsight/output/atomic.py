@@ -66,7 +66,7 @@ def write_text(text: str, path: str | Path) -> None:
         OutputError: as `atomic_path`.
     """
     with atomic_path(path) as draft:
-        draft.write_text(text, encoding="utf-8")
+        draft.write_text(text, encoding="utf-8", errors="replace")  # names of files may hold what is no text
 
 
 def check_target(path: Path | None, suffixes: Sequence[str]) -> None:

@@ -55,6 +55,12 @@ CLOCK_RESET = Constant(1.0, "s", "a bus reorders by less; a clock that steps bac
 LATE_IN_ORDER = Constant(
     1.5, "1", "late samples in a row in their order: a bus swaps two, a clock that was set brings all"
 )
+RATE_EARLY = Constant(0.04, "s", "and a period: by which samples may come early; twice a usual period of jitter")
+RATE_MEMORY = Constant(
+    100.0, "1", "samples in which a deviation from the learned period fades; it finds 1 % of it in jitter"
+)
+RATE_LEARNT = Constant(20.0, "1", "samples whose mean is a period: the ends of 20 periods are off by a tenth of one")
+RATE_LEARNT_MOST = Constant(1000.0, "1", "samples after which another period is a new one: 20 s of a usual drive")
 LONGEST_GAP = Constant(3600.0, "s", "the motor drives any cylinder through its stroke within an hour")
 UNSEEN_SPEED_SHARE = Constant(
     0.02,

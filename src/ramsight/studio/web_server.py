@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
-from ramsight.errors import RamsightError
+from ramsight.errors import RamsightError, one_line
 from ramsight.machine import load_machine
 from ramsight.machine.description import Machine
 from ramsight.optional import needing
@@ -146,7 +146,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
             tabs(chosen, session, place, named.set_text, asked)
         return None
 
-    print(f"ramsight studio: {address(host, port, token)}", flush=True)
+    print(one_line(f"ramsight studio: {address(host, port, token)}"), flush=True)
     ui.run(
         host=host,
         port=port,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ramsight.errors import one_line
 from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing
@@ -100,13 +101,15 @@ SCREEN = Look()
 
 
 def verbatim(text: str) -> str:
-    r"""A title with the name of a file in it: Matplotlib would set what is between two $ as a formula.
+    r"""A title with the name of a file in it: no control character, which XML forbids.
+
+    And no formula, as which Matplotlib would set what is between two $.
 
     Example:
         >>> verbatim("a$b$.csv")
         'a\\$b\\$.csv'
     """
-    return text.replace("$", r"\$")
+    return one_line(text).replace("$", r"\$")
 
 
 def save(figure: Any, path: str | Path) -> None:

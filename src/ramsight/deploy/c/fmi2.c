@@ -140,7 +140,7 @@ API fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
 API fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
   (void)c;
   (void)state;
-  *size = sizeof(Kept);
+  *size = KEPT_BYTES;
   return fmi2OK;
 }
 

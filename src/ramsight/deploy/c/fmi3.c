@@ -177,7 +177,7 @@ API fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
 API fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
   (void)c;
   (void)state;
-  *size = sizeof(Kept);
+  *size = KEPT_BYTES;
   return fmi3OK;
 }
 

@@ -2,6 +2,7 @@
 #include "fmu.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,6 +21,9 @@ typedef struct Instance {
 
 /* Of a stop time and a step: by so much a sum of steps may be beyond the stop time by rounding alone. */
 #define STOP_ROUNDING 1e-9
+
+/* Times and steps up to here [s], 31 years: at it a double has steps of 0.1 us. */
+#define LATEST 1e9
 
 enum { INSTANTIATED, INITIALIZING, STEPPING, TERMINATED };
 
@@ -65,8 +69,8 @@ static int only(Instance *i, int phase, const char *call) {
 
 static int begin_at(Instance *i, double time, int given, double tolerance, int ends, double stop) {
   if (!only(i, INSTANTIATED, "a start time")) return 0;
-  if (!isfinite(time)) {
-    snprintf(i->message, sizeof i->message, "the start time is no finite number");
+  if (!(fabs(time) <= LATEST)) {
+    snprintf(i->message, sizeof i->message, "the start time is no number up to 1e9 s");
     return 0;
   }
   if (ends && !(stop >= time)) {
@@ -157,14 +161,30 @@ static void free_state(Kept **state) {
   *state = NULL;
 }
 
+/* FNV-1a of 64 bits: http://www.isthe.com/chongo/tech/comp/fnv/ */
+static uint64_t sum_of(const unsigned char *bytes, size_t size) {
+  uint64_t sum = UINT64_C(0xcbf29ce484222325);
+  for (size_t k = 0; k < size; k++) sum = (sum ^ bytes[k]) * UINT64_C(0x100000001b3);
+  return sum;
+}
+
+/* As bytes a state is followed by their sum: importers keep it in files. */
+#define KEPT_BYTES (sizeof(Kept) + sizeof(uint64_t))
+
 static const char *state_to_bytes(const Kept *state, void *bytes, size_t size) {
-  if (size < sizeof(Kept)) return "room for a state in so few bytes";
+  if (state == NULL) return "a state that is none";
+  if (size < KEPT_BYTES) return "room for a state in so few bytes";
   memcpy(bytes, state, sizeof(Kept));
+  const uint64_t sum = sum_of(bytes, sizeof(Kept));
+  memcpy((unsigned char *)bytes + sizeof(Kept), &sum, sizeof sum);
   return NULL;
 }
 
 static const char *state_from_bytes(const void *bytes, size_t size, Kept **state) {
-  if (size < sizeof(Kept) || memcmp(bytes, TOKEN, sizeof TOKEN) != 0) return "the state of another FMU";
+  uint64_t sum;
+  if (size < KEPT_BYTES || memcmp(bytes, TOKEN, sizeof TOKEN) != 0) return "the state of another FMU";
+  memcpy(&sum, (const unsigned char *)bytes + sizeof(Kept), sizeof sum);
+  if (sum != sum_of(bytes, sizeof(Kept))) return "a state whose bytes are damaged";
   if (*state == NULL) *state = (Kept *)malloc(sizeof(Kept));
   if (*state == NULL) return "memory for a state";
   memcpy(*state, bytes, sizeof(Kept));
@@ -176,6 +196,8 @@ static int advance(Instance *i, double time, double step) {
   if (i->phase != STEPPING) wrong = "the instance is not initialized";
   else if (!isfinite(time) || !isfinite(step) || !isfinite(time + step)) wrong = "time and step have to be finite numbers";
   else if (step < 0.0) wrong = "the step is negative";
+  else if (fabs(time) > LATEST || step > LATEST) wrong = "time and step may be 1e9 s at most";
+  else if (time < i->time - STOP_ROUNDING * (fabs(i->time) + step)) wrong = "the step begins before the last one has ended";
   else if (time + step > i->stop + STOP_ROUNDING * (fabs(i->stop) + step)) wrong = "the step ends after the stop time";
   else wrong = model_step(&i->model, time, step);
   if (wrong != NULL) {

@@ -17,6 +17,7 @@ import casadi as ca
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, flag, negated, scalar
 from ramsight.plant.oil import T40
+from ramsight.sensor.inputs.rate import RateState, check_rate
 from ramsight.sensor.inputs.sample import (
     SHAFT_ANGLE,
     CounterState,
@@ -108,6 +109,7 @@ class IntakeState:
         clock: time of the last sample of all [s].
         clocked: whether there was one.
         behind: samples in a row, in their order, that came before the last one that counted.
+        rate: how often samples come.
     """
 
     started: Flag = leaf("1")
@@ -120,6 +122,7 @@ class IntakeState:
     clock: Scalar = leaf("s", always=True, exact="time")
     clocked: Flag = leaf("1", always=True)
     behind: Scalar = leaf("1", always=True)
+    rate: RateState = field(default_factory=RateState)
 
     @classmethod
     def initial(cls, commands: Sequence[str], measured: Sequence[str]) -> IntakeState:
@@ -146,7 +149,7 @@ class Intake:
         overtorque: the torque is impossible.
         stuck: the torque stands still.
         frozen: time does not advance.
-        gap: samples are missing before this one.
+        gap: samples are missing before this one, or come at another rate.
         temperature_bad: the temperature is missing or impossible.
         passed: time since the last sample by the clock, 0 if it does not advance [s].
         drift: by how much the position's standard deviation grows [m].
@@ -200,7 +203,13 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
     speed_ok = _inside(reported, LIMIT_SHARE * model.max_speed)
     usable = all_of(clock.number, speed_ok, any_of(clock.forward, clock.back))
     elapsed = ca.if_else(all_of(usable, clock.counted), clock.raw, 0.0)
-    passed, stands = _ticks(state, raw, clock)
+    tick, stands = _ticks(state, raw, clock)
+    passed = ca.fmax(tick, 0.0)
+    # A sample that follows the last one too closely adds nothing.
+    too_close = all_of(all_of(clock.counted, clock.raw < SHORTEST_PERIOD), negated(raw.referenced))
+    passed_over = any_of(negated(usable), too_close)
+    timed = all_of(all_of(clock.number, state.clocked), negated(clock.back))
+    rate, odd, unknown_for = check_rate(state.rate, tick, there=timed, counts=negated(passed_over), speed=reported)
     torque_state, torque_ok, stuck = _torque(state, raw, reported, model)
     temperature_state, temperature, temperature_ok = _temperature(state.temperature, raw, elapsed)
     no_number = negated(all_of(_inside(reported, NUMBER_LIMIT), _inside(raw.motor_torque, NUMBER_LIMIT)))
@@ -235,22 +244,22 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
         clock=ca.if_else(clock.number, raw.time, state.clock),
         clocked=any_of(state.clocked, clock.number),
         behind=clock.behind,
+        rate=rate,
     )
-    # A sample that follows the last one too closely adds nothing.
-    too_close = all_of(all_of(clock.counted, clock.raw < SHORTEST_PERIOD), negated(raw.referenced))
     blind_velocity = BLIND_PRESSURE_SHARE * model.leak_velocity
     blind = ca.if_else(any_of(stuck, negated(torque_ok)), blind_velocity * elapsed, 0.0)
     drift, unseen = _unseen_angles(state, speed, elapsed, clock, passed, model)
+    drift += 0.5 * (ca.fabs(last_speed) + ca.fabs(speed)) * unknown_for
     found = Intake(
         usable=usable,
-        passed_over=any_of(negated(usable), too_close),
+        passed_over=passed_over,
         missing=any_of(negated(clock.number), no_number),
         replaced=replaced,
         overspeed=negated(speed_ok),
         overtorque=negated(torque_ok),
         stuck=stuck,
         frozen=all_of(state.started, any_of(clock.raw <= 0.0, stands)),
-        gap=all_of(state.started, any_of(clock.raw > GAP_PERIOD, clock.back, clock.caught_up)),
+        gap=all_of(state.started, any_of(clock.raw > GAP_PERIOD, clock.back, clock.caught_up, odd)),
         temperature_bad=negated(temperature_ok),
         passed=passed,
         drift=ca.if_else(usable, model.travel_per_radian * drift + blind, 0.0),
@@ -280,13 +289,13 @@ def _clock(state: IntakeState, raw: Raw) -> _Clock:
 
 
 def _ticks(state: IntakeState, raw: Raw, now: _Clock) -> tuple[Scalar, Flag]:
-    """Time since the last sample of all [s], and whether the clock stands.
+    """Time since the last sample of all, negative where the clock goes back [s], and whether the clock stands.
 
     Against the last sample of all: one that came too soon is passed over, and the clock may stand from there on.
     """
     both = all_of(now.number, state.clocked)
     tick = ca.if_else(both, raw.time - state.clock, 0.0)
-    return ca.fmax(tick, 0.0), all_of(both, tick <= 0.0)
+    return tick, all_of(both, tick <= 0.0)
 
 
 def _counted(counter: CounterState | None, raw: Raw) -> CounterState | None:

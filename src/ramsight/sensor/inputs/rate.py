@@ -1,0 +1,74 @@
+"""The rate of the samples: a period that changes while the motor turns is a clock that runs wrong, or another sender.
+
+If twice as many samples come in a second by their clock, then either the drive sends twice as often, or its clock runs
+at half its speed and the piston moves twice as far. The samples alone do not tell which, and the position becomes as
+uncertain as both are apart. A period that stays is the new one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Scalar, all_of, any_of, negated
+from ramsight.sensor.thresholds import (
+    GAP_PERIOD,
+    HALF_ALARM,
+    MOTOR_TURNS,
+    RATE_EARLY,
+    RATE_LEARNT,
+    RATE_LEARNT_MOST,
+    RATE_MEMORY,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RateState:
+    """How often samples come.
+
+    Attributes:
+        period: between two samples while the motor turns [s].
+        learnt: samples that it is the mean of, fewer with each that contradicts it.
+        apart: by how much the last samples were further apart than it says, all together [s].
+        odd: whether that was too much at the last sample that counted.
+    """
+
+    period: Scalar = leaf("s", always=True)
+    learnt: Scalar = leaf("1", always=True)
+    apart: Scalar = leaf("s", always=True)
+    odd: Flag = leaf("1")
+
+
+def check_rate(
+    state: RateState, tick: Scalar, *, there: Flag, counts: Flag, speed: Scalar
+) -> tuple[RateState, Flag, Scalar]:
+    """What is known of the rate after a sample, whether it is another one, and a time that may have passed unseen [s].
+
+    Args:
+        state: before the sample.
+        tick: since the last sample of all, negative if this one is older [s].
+        there: whether both have a time.
+        counts: whether the sample is used.
+        speed: of the motor [rad/s].
+    """
+    near = all_of(there, ca.fabs(tick) <= GAP_PERIOD)
+    known = state.learnt >= RATE_LEARNT
+    early = RATE_EARLY + state.period
+    faded = (1.0 - 1.0 / RATE_MEMORY) * state.apart
+    apart = ca.if_else(all_of(near, known), faded + tick - state.period, 0.0)
+    share = ca.fmax(apart / GAP_PERIOD, -apart / early)
+    odd = all_of(known, any_of(share > 1.0, all_of(state.odd, share > HALF_ALARM)))
+    unknown_for = ca.fmax(ca.fabs(apart) - ca.if_else(state.odd, ca.if_else(apart < 0.0, early, GAP_PERIOD), 0.0), 0.0)
+    used = all_of(odd, counts)
+    learns = all_of(near, ca.fabs(speed) > MOTOR_TURNS)
+    more = ca.fmin(state.learnt + 1.0, RATE_LEARNT_MOST)
+    fewer = ca.if_else(state.learnt > RATE_LEARNT, state.learnt - 1.0, 0.0)
+    after = RateState(
+        period=ca.if_else(all_of(learns, negated(odd)), state.period + (tick - state.period) / more, state.period),
+        learnt=ca.if_else(learns, ca.if_else(odd, fewer, more), state.learnt),
+        apart=ca.if_else(used, ca.fmax(ca.fmin(apart, GAP_PERIOD), -early), apart),
+        odd=odd,
+    )
+    return after, odd, ca.if_else(odd, unknown_for, 0.0)
