@@ -14,6 +14,7 @@ import xarray
 import ramsight
 from ramsight.calibration.leakage import LeakTestError
 from ramsight.duty.faults import Fault, inject
+from ramsight.duty.profile import constant
 
 from .command import at_once
 
@@ -413,3 +414,26 @@ def test_data_without_what_is_needed_names_it(boom, run):
 def test_an_fmu_of_another_kind_names_the_argument(tmp_path):
     with pytest.raises(ramsight.DescriptionError, match=r"^what = 'valve'"):
         ramsight.export_fmu("mining-loader", "boom", out=tmp_path / "boom.fmu", what="valve")
+
+
+def test_what_a_simulation_misses_or_has_twice_is_named():
+    with pytest.raises(ramsight.DescriptionError, match=r"load: is missing, and so is a duty"):
+        ramsight.simulate("mining-loader", unit="boom")
+    duty = ramsight.Duty(constant(10.0), constant(1e5), constant(313.15), 0.1, end=1.0)
+    with pytest.raises(ramsight.DescriptionError, match=r"speed = '900 rpm': is said by the duty already"):
+        ramsight.simulate("mining-loader", unit="boom", duty=duty, speed="900 rpm")
+
+
+@pytest.mark.parametrize("machine", ["mining-loader", "eha-valve-rig"])
+def test_a_unit_prints_as_a_line_of_its_sizes(machine):
+    described = ramsight.load_machine(machine)
+    name = next(iter(described.units))
+    line = str(ramsight.build(described, name))
+    assert line.startswith(f"unit {name}: ")
+    assert "stroke" in line
+    assert len(line) < 200
+
+
+def test_a_status_prints_as_its_words_and_formats_as_its_number_where_that_is_asked_for():
+    status = ramsight.Status.INPUT_GAP
+    assert (str(status), f"{status}", f"{status:d}") == (status.text, status.text, "17")

@@ -182,7 +182,8 @@ def test_a_reader_that_leaves_early_is_no_error():
         [*RUN, "catalog", "show", "mining-loader"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
         process.stdout.close()
-        assert process.stderr.read() == b""
+        said = process.stderr.read().splitlines()
+    assert [line for line in said if not line.endswith(b"so far")] == [], "but for what a busy computer takes"
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")

@@ -264,3 +264,24 @@ def test_a_check_of_values_at_their_ends_gives_no_traceback(name):
             changes[values[k].path] = str(rng.choice(ends))
         with suppress(RamsightError):
             machine_summary(described.model_copy(update={"units": {key: unit.replace(changes)}}), key)
+
+
+@pytest.mark.parametrize(("text", "hint"), [
+    ("name = foo", 'name = "foo"'),
+    ("a = 1\nbore = 90 mm # of the rod's side", 'bore = "90 mm"'),
+    ("x = 1.", None),
+    ("a =", None),
+    ('a = "b', None),
+    ("k", None),
+])  # fmt: skip
+def test_a_text_without_quotation_marks_is_told_how_it_is_written(text, hint):
+    with pytest.raises(TomlError) as refused:
+        bounded_toml.loads(text)
+    assert (hint is not None) == ("quotation marks" in str(refused.value))
+    assert hint is None or str(refused.value).endswith(hint)
+
+
+def test_the_hint_of_a_long_line_is_none():
+    with pytest.raises(TomlError) as refused:
+        bounded_toml.loads("a = " + "b c " * 200_000)
+    assert len(str(refused.value)) < 100

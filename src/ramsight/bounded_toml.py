@@ -31,6 +31,7 @@ _TOKEN = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 _ESCAPE = re.compile(r"\\(?:([bfre])|[xuU]([0-9A-Fa-f]{2,8})|.)", re.DOTALL)
+_OPEN = frozenset("\"'[]{}")  # what begins a text, a list or a table
 _WORD = re.compile(rf"\S{{{LONGEST_WORD + 1}}}")
 
 
@@ -65,12 +66,23 @@ def loads(text: str) -> dict[str, Any]:
         words = str(error)
         match = re.fullmatch(r"(.*) \(at line ([0-9]+), column ([0-9]+)\)", words, re.DOTALL)
         line = int(match[2]) if match else text.count("\n") + 1
-        raise TomlError((match[1] if match else words.removesuffix(" (at end of document)")).strip(), line) from None
+        words = (match[1] if match else words.removesuffix(" (at end of document)")).strip()
+        raise TomlError(f"{words}{_without_quotes(text, line)}", line) from None
     except (ValueError, RecursionError) as error:  # a date that is none, a number that no integer can be
         raise TomlError(f"cannot be read: {error}", 1) from None
     if _is_deeper(found, DEEPEST):
         raise TomlError(f"nested too deeply (allowed: {DEEPEST} levels)", 1)
     return found
+
+
+def _without_quotes(text: str, line: int) -> str:
+    """What to write where a line has a text without quotation marks; nothing where that is not what is wrong."""
+    lines = text.splitlines()
+    key, _, rest = lines[line - 1].partition("=") if line <= len(lines) else ("", "", "")
+    value = rest.partition("#")[0].strip()
+    if not any(one.isalpha() for one in value) or not _OPEN.isdisjoint(value) or len(value) > LONGEST_WORD:
+        return ""
+    return f'; a text and a number with a unit have quotation marks: {key.strip()} = "{value}"'
 
 
 def _look_through(text: str) -> None:

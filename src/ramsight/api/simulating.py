@@ -102,9 +102,10 @@ def simulate(
         "load": load, "speed": speed, "ramp": ramp, "hold": hold, "start": start, "cycles": cycles,
         "visits": visits, "duration": duration, "seed": seed,
     }  # fmt: skip
-    both = isinstance(duty, Duty) and any(one is not None for one in of_duty.values())
-    if both or (duty is None and load is None):
-        raise DescriptionError("give a duty or a load, and not both", key="load", value=load, allowed="'441 kN'")
+    if duty is None and load is None:
+        raise DescriptionError("is missing, and so is a duty", key="load", allowed="'441 kN', or duty='work-day'")
+    if isinstance(duty, Duty) and (more := [name for name, one in of_duty.items() if one is not None]):
+        raise DescriptionError("is said by the duty already", key=more[0], value=of_duty[more[0]], allowed="None")
     if not isinstance(duty, Duty):
         kind = "lift-lower" if duty is None else duty
         duty = duty_for(made, kind, oil_temperature=oil_temperature, **of_duty)  # type: ignore[arg-type]

@@ -58,6 +58,11 @@ class ComposedUnit:
     heat: HeatStores | None = field(default=None, repr=False)
     requirement: Requirement | None = field(default=None, repr=False)
 
+    def __str__(self) -> str:
+        from ramsight.plant.built_html import built_line
+
+        return built_line(self)
+
     def _repr_html_(self) -> str:
         from ramsight.plant.built_html import built_html
 

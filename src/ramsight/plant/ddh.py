@@ -86,6 +86,11 @@ class DdhUnit:
         """All parts."""
         return (self.drive, self.cylinder, *self.a.parts(), *self.b.parts(), *self.extra)
 
+    def __str__(self) -> str:
+        from ramsight.plant.built_html import built_line
+
+        return built_line(self)
+
     def _repr_html_(self) -> str:
         from ramsight.plant.built_html import built_html
 

@@ -25,6 +25,8 @@ class Status(IntEnum):
         ('NOT_REFERENCED', 'not referenced', True)
         >>> ramsight.Status.INPUT_GAP.text
         'uncertain: samples were missing'
+        >>> print(status, int(status))
+        not referenced 30
     """
 
     OK = 0
@@ -53,6 +55,12 @@ class Status(IntEnum):
     TORQUE_CONTRADICTED = 48
     STATE_INVALID = 49
     SIGN_CONTRADICTED = 50
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __format__(self, spec: str) -> str:
+        return format(int(self), spec) if spec else self.text
 
     @property
     def validity(self) -> str:
