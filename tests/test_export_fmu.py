@@ -136,7 +136,11 @@ def test_the_sensor_tracks_a_faulty_day_as_in_python(fmus, instances, fmi):
     one.begin(start_position=start, start_known=True)
     assert one.get("position") == start
     whole = one.fmu.getInteger if fmi == 2 else one.fmu.getInt64
+    reached = 0.0
     for time, speed, torque, temperature, reference in rows:
+        if time < reached:  # no importer steps back
+            continue
+        reached = time
         known = bool(np.isfinite(reference))
         one.set(
             motor_speed=speed,
@@ -171,7 +175,7 @@ def test_the_comparison_says_what_python_says(instances, fmi):
         other = np.nan if 700 < k < 720 else stood
         one.set(motor_speed=speed, motor_torque=torque, oil_temperature=temperature)
         one.set(other_position=1e10 if np.isnan(other) else other)
-        one.step(time, 0.02)
+        one.step(time, 0.0)
         verdict = pair.step(time, said.position, sensor.says(BOUND), said.status, other)
         assert whole([one.place["verdict"]])[0] == verdict
         met.add(verdict)

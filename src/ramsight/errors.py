@@ -69,7 +69,7 @@ class RamsightError(Exception):
 
     def __str__(self) -> str:
         """What is wrong, and how much more."""
-        return super().__str__() + (f" (and {len(self.others)} more)" if self.others else "")
+        return one_line(super().__str__()) + (f" (and {len(self.others)} more)" if self.others else "")
 
 
 class DescriptionError(RamsightError):
@@ -170,7 +170,7 @@ def warn_of_log(message: str, *, file: str, line: int | None = None, column: str
         line: line in the file, from 1.
         column: name of the column or channel.
     """
-    warnings.warn(LogWarning(f"{_place(file, line, column)}: {message}"), stacklevel=3)
+    warnings.warn(LogWarning(one_line(f"{_place(file, line, column)}: {message}")), stacklevel=3)
 
 
 def _place(file: str, line: int | None, column: str | None) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ramsight.api.arguments import path_argument
 from ramsight.drawing import drawn, svg
 from ramsight.drawing.notes import notes
 from ramsight.machine import load_machine, only_unit
@@ -42,7 +43,7 @@ def draw(machine: AnyUnit, path: str | Path | None = None, *, unit: str | None =
         >>> 'id="part-pump_a"' in text and 'data-node="port_a"' in text
         True
     """
-    file = None if path is None else Path(path)
+    file = None if path is None else path_argument(path, "path")
     check_target(file, FILES)
     if file is not None and file.suffix != ".svg":
         check_extra("figures")

@@ -6,6 +6,7 @@ import csv
 import io
 from pathlib import Path
 
+from ramsight.api.arguments import path_argument
 from ramsight.deploy.diagnostic_coverage import CoverageTable, read_table
 from ramsight.deploy.fmeda import fmeda_table
 from ramsight.output import check_target, write_text
@@ -34,7 +35,7 @@ def export_fmeda(machine: AnyUnit, unit: str | None = None, *, out: str | Path) 
         ...     ramsight.export_fmeda("press", out=f"{folder}/press.csv") > 20
         True
     """
-    target = Path(out)
+    target = path_argument(out, "out")
     check_target(target, (".csv",))
     text = fmeda_table(build(machine, unit))
     write_text(text, target)
@@ -61,4 +62,4 @@ def diagnostic_coverage(file: str | Path) -> CoverageTable:
         ...     ramsight.diagnostic_coverage(path).overall.text
         'no failure rate'
     """
-    return read_table(file)
+    return read_table(path_argument(file, "file"))

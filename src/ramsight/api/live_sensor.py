@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import fields
-from numbers import Real
 from typing import TYPE_CHECKING
 
 from ramsight.api.arguments import checked
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
-from ramsight.units import name_of, parse
+from ramsight.units import as_float, is_real, name_of, parse
 
 if TYPE_CHECKING:
     import xarray
@@ -119,9 +117,6 @@ def _read(value: Quantity, unit: str, name: str) -> float:
             return parse(value, unit)
         except DescriptionError as error:
             raise DescriptionError(error.message, key=name, value=value) from None
-    if isinstance(value, bool) or not isinstance(value, Real):
+    if not is_real(value):
         raise DescriptionError(f"expected {name_of(unit)}, or a number in {unit}", key=name, value=value)
-    try:
-        return float(value)
-    except OverflowError:  # a whole number of more than 308 digits
-        return math.inf if value > 0 else -math.inf
+    return as_float(value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -116,6 +117,8 @@ def open_signals(
     advance: Advance | None = None,
 ) -> Iterator[Signals]:
     """The same pieces as columns; arguments and errors as `open_log`."""
+    if not isinstance(path, str | os.PathLike):
+        raise DescriptionError("is no path", key="path", value=path, allowed="text, or a pathlib.Path")
     known = known_map(channel_map)
     if known is not None:
         check_whole(known)

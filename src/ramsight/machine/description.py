@@ -324,7 +324,7 @@ class Machine(Part):
         """
         try:
             return self.units[name]
-        except KeyError:
+        except (KeyError, TypeError):  # what is no text may not even be looked for
             raise UnknownNameError("unit", str(name), self.units, self.origin or None) from None
 
     def source_of(self, path: str) -> str | None:

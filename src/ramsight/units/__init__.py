@@ -3,6 +3,30 @@
 `conversion` reads and writes quantities, `algebra` knows the units.
 """
 
-from ramsight.units.conversion import FREEZING, RPM, argument, format_si, name_of, parse, parse_option, si_unit, to_si
+from ramsight.units.conversion import (
+    FREEZING,
+    RPM,
+    argument,
+    as_float,
+    format_si,
+    is_real,
+    name_of,
+    parse,
+    parse_option,
+    si_unit,
+    to_si,
+)
 
-__all__ = ["FREEZING", "RPM", "argument", "format_si", "name_of", "parse", "parse_option", "si_unit", "to_si"]
+__all__ = [
+    "FREEZING",
+    "RPM",
+    "argument",
+    "as_float",
+    "format_si",
+    "is_real",
+    "name_of",
+    "parse",
+    "parse_option",
+    "si_unit",
+    "to_si",
+]

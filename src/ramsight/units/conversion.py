@@ -325,6 +325,31 @@ def parse_option(text: str, unit: str, option: str, *, least: str, most: str) ->
     return value
 
 
+def is_real(value: object) -> bool:
+    """Whether an argument is a real number; NumPy calls a duration a whole one, Python calls truth one.
+
+    Example:
+        >>> is_real(1.0), is_real(True), is_real("1")
+        (True, False, False)
+    """
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return False
+    return getattr(getattr(value, "dtype", None), "kind", "") != "m"
+
+
+def as_float(value: float) -> float:
+    """A number as a float; infinite where no float is so large.
+
+    Example:
+        >>> as_float(10**400), as_float(3)
+        (inf, 3.0)
+    """
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
 def argument(value: str | float, unit: str, name: str, *, least: str, most: str) -> float:
     """Read an argument of a function, and hold it against its range.
 
@@ -349,10 +374,10 @@ def argument(value: str | float, unit: str, name: str, *, least: str, most: str)
     if isinstance(value, str):
         return parse_option(value, unit, name, least=least, most=most)
     allowed = f"{least} to {most}"
-    if isinstance(value, bool) or not isinstance(value, Real):
+    if not is_real(value):
         wanted = name_of(unit)
         raise DescriptionError(f"expected {wanted}, or a number in {unit}", key=name, value=value, allowed=allowed)
-    number = float(value)
+    number = as_float(value)
     low, high = parse(least, unit), parse(most, unit)
     slack = _ROUNDED * max(abs(low), abs(high))
     if not low - slack <= number <= high + slack:  # false for NaN

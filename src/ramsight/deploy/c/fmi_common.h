@@ -175,7 +175,7 @@ static const char *state_to_bytes(const Kept *state, void *bytes, size_t size) {
   if (state == NULL) return "a state that is none";
   if (size < KEPT_BYTES) return "room for a state in so few bytes";
   memcpy(bytes, state, sizeof(Kept));
-  const uint64_t sum = sum_of(bytes, sizeof(Kept));
+  const uint64_t sum = sum_of((const unsigned char *)bytes, sizeof(Kept));
   memcpy((unsigned char *)bytes + sizeof(Kept), &sum, sizeof sum);
   return NULL;
 }
@@ -184,7 +184,7 @@ static const char *state_from_bytes(const void *bytes, size_t size, Kept **state
   uint64_t sum;
   if (size < KEPT_BYTES || memcmp(bytes, TOKEN, sizeof TOKEN) != 0) return "the state of another FMU";
   memcpy(&sum, (const unsigned char *)bytes + sizeof(Kept), sizeof sum);
-  if (sum != sum_of(bytes, sizeof(Kept))) return "a state whose bytes are damaged";
+  if (sum != sum_of((const unsigned char *)bytes, sizeof(Kept))) return "a state whose bytes are damaged";
   if (*state == NULL) *state = (Kept *)malloc(sizeof(Kept));
   if (*state == NULL) return "memory for a state";
   memcpy(*state, bytes, sizeof(Kept));
@@ -197,8 +197,8 @@ static int advance(Instance *i, double time, double step) {
   else if (!isfinite(time) || !isfinite(step) || !isfinite(time + step)) wrong = "time and step have to be finite numbers";
   else if (step < 0.0) wrong = "the step is negative";
   else if (fabs(time) > LATEST || step > LATEST) wrong = "time and step may be 1e9 s at most";
-  else if (time < i->time - STOP_ROUNDING * (fabs(i->time) + step)) wrong = "the step begins before the last one has ended";
   else if (time + step > i->stop + STOP_ROUNDING * (fabs(i->stop) + step)) wrong = "the step ends after the stop time";
+  else if (time < i->time - STOP_ROUNDING * (fabs(i->time) + step)) wrong = "the step begins before the last one has ended";
   else wrong = model_step(&i->model, time, step);
   if (wrong != NULL) {
     snprintf(i->message, sizeof i->message, "at %.6g s: %s", time, wrong);
