@@ -9,7 +9,7 @@ import ramsight
 from ramsight.api import abilities as module
 from ramsight.api.abilities import abilities
 from ramsight.duty.recorded import Recorded, Signal
-from ramsight.duty.run_summary import run_cautions
+from ramsight.duty.run_summary import refuse_torn_oil, run_cautions
 from ramsight.plant.holding import held_by_valve
 
 from .test_rehearsal import UNITS
@@ -86,15 +86,27 @@ def test_a_torque_far_beyond_the_motors_is_said_however_short(times, is_said):
         assert "0.04 s of 20.0 s are beyond that" in said[0]
 
 
-def test_a_chamber_below_nothing_is_said_with_how_long():
+@pytest.mark.parametrize(("samples", "torn"), [(0, False), (5, False), (7, True), (50, True)])
+def test_a_run_in_which_oil_is_pulled_for_longer_than_a_moment_is_refused(samples, torn):
     run = run_of(np.zeros(1001), np.zeros(1001))
     pressure = np.full(1001, 5e5)
-    pressure[:4] = -3e5
-    signals = {**run.signals, "pressure_a": Signal(pressure, "", ""), "pressure_b": Signal(np.abs(pressure), "", "")}
-    assert run_cautions(Recorded(signals, {}), 90.0, 500e3) == ()
-    pressure[:50] = -3e5
-    (said,) = run_cautions(Recorded(signals, {}), 90.0, 500e3)
-    assert said.startswith("chamber A falls to -3.0 bar absolute, for 1.0 s of 20.0 s")
+    pressure[100 : 100 + samples] = -3e5
+    signals = {**run.signals, "pressure_b": Signal(np.abs(pressure), "", ""), "pressure_a": Signal(pressure, "", "")}
+    torn_run = Recorded(signals, {"unit": "boom"})
+    if not torn:
+        refuse_torn_oil(torn_run)
+        return
+    with pytest.raises(ramsight.SimulationError) as refused:
+        refuse_torn_oil(torn_run)
+    lasts = f"{0.02 * samples:.1f} s of 20.0 s and first at 2.00 s"
+    assert str(refused.value).startswith(f"boom: chamber A falls to -3.0 bar absolute, for {lasts}")
+
+
+def test_a_reservoir_with_too_much_gas_pressure_gives_no_run():
+    """Precharged above the tank's pressure it holds no oil that could follow the rod."""
+    described = ramsight.load_machine("eha-single-rod").replace({"units.axis.parts.reservoir.precharge": "40 bar"})
+    with pytest.raises(ramsight.SimulationError, match=r"axis: .* falls to -\d+\.\d bar absolute.*less precharge"):
+        ramsight.simulate(described, load="2 kN")
 
 
 def test_a_relief_valve_that_is_not_there_is_said():

@@ -14,6 +14,7 @@ from ramsight.duty import report as report_of
 from ramsight.duty.drive_report import declared_report, usual_report
 from ramsight.duty.oil_warming import warm_run
 from ramsight.duty.recorded import Recorded
+from ramsight.duty.run_summary import refuse_torn_oil
 from ramsight.duty.simulate import SAMPLE_PERIOD, labelled, ran
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import DescriptionError
@@ -127,10 +128,13 @@ def recorded(
     period = argument(sample_period, "s", "sample_period", least="0.1 ms", most="10 s")
     if ambient is not None:
         air = argument(ambient, "K", "ambient", least="-60 degC", most="80 degC")
-        return warm_run(unit, duty, ambient=air, sample_period=period, rtol=rtol, progress=progress)
-    with advancing(duty.duration, "simulating", shown=progress) as advance:
-        run = ran(unit, duty, sample_period=period, rtol=rtol, advance=advance, model=kept_circuit(unit))
-        return labelled(unit, duty, run)
+        run = warm_run(unit, duty, ambient=air, sample_period=period, rtol=rtol, progress=progress)
+    else:
+        with advancing(duty.duration, "simulating", shown=progress) as advance:
+            made = ran(unit, duty, sample_period=period, rtol=rtol, advance=advance, model=kept_circuit(unit))
+            run = labelled(unit, duty, made)
+    refuse_torn_oil(run)
+    return run
 
 
 def drive_report(

@@ -238,7 +238,9 @@ class Machine(Part):
     """Machine description: its name, its hydraulic units and the mechanism that they move."""
 
     format: Annotated[Literal[1], Field(description="format of this file")] = 1
-    name: Annotated[str, Field(description="short name, used in file names", min_length=1), AfterValidator(_on_one_line)]
+    name: Annotated[
+        str, Field(description="short name, used in file names", min_length=1), AfterValidator(_on_one_line)
+    ]
     title: Annotated[Heading, Field(description="name for headings")] = ""
     description: Annotated[str, Field(description="a sentence about the machine")] = ""
     units: Annotated[dict[str, AnyUnit], Field(description="hydraulic units by name")]
