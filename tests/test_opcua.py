@@ -6,7 +6,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -18,6 +17,7 @@ from ramsight.deploy.encoder.quality import QUALITY, quality_of
 from ramsight.errors import DescriptionError
 
 from .encoder_bus import Master, encoder
+from .waiting import PATIENCE, wait_for
 
 asyncua = pytest.importorskip("asyncua")
 NUMBERS = ("Position", "Velocity", "StandardDeviation", "Bound")
@@ -34,7 +34,7 @@ def asked(port, what, user=None):
     """What a coroutine of a client gives."""
 
     async def ask():
-        client = asyncua.Client(f"opc.tcp://127.0.0.1:{port}/ramsight")
+        client = asyncua.Client(f"opc.tcp://127.0.0.1:{port}/ramsight", timeout=PATIENCE)
         if user is not None:
             client.set_user(user)
             client.set_password("")
@@ -58,22 +58,28 @@ def values(port, *names):
     return asked(port, read)
 
 
-def wait_for(condition):
-    end = time.monotonic() + 5.0
-    while not condition():
-        assert time.monotonic() < end, "did not come in time"
-        time.sleep(0.05)
+OLD = "ramsight.deploy.encoder.opcua._OLD"
 
 
-def test_a_client_reads_the_position_with_what_it_is_worth(port):
-    device = encoder()
+@pytest.fixture
+def patient(monkeypatch):
+    """What a server has said is old later than a busy computer needs for an answer."""
+    monkeypatch.setattr("ramsight.deploy.encoder.opcua._START", PATIENCE)
+    monkeypatch.setattr(OLD, PATIENCE)
+
+
+def test_a_client_reads_the_position_with_what_it_is_worth(port, patient, monkeypatch):
+    device, written = encoder(), []
     bus = Master(device)
+    gives = OpcuaServer._value
+    monkeypatch.setattr(OpcuaServer, "_value", lambda one, name: written.append(name) or gives(one, name))
     with OpcuaServer(device, "boom", port=port) as server:
 
         def offered(*names):
             server._next = -1.0
             server.take()
-            time.sleep(0.25)
+            written.clear()
+            wait_for(lambda: written.count("position") > 2)  # what began after it is offered
             return values(port, *names)
 
         assert values(port, *NUMBERS)[0][1] == "BadWaitingForInitialData", "nobody has said anything yet"
@@ -106,8 +112,7 @@ def _warm(bus):
     return Frame(0x80)
 
 
-def test_what_the_encoder_says_before_the_server_begins_is_served(port, monkeypatch):
-    monkeypatch.setattr("ramsight.deploy.encoder.opcua._OLD", 600.0)
+def test_what_the_encoder_says_before_the_server_begins_is_served(port, patient):
     device = encoder()
     bus = Master(device)
     bus.node.sdo[0x2100].raw = 400
@@ -119,18 +124,16 @@ def test_what_the_encoder_says_before_the_server_begins_is_served(port, monkeypa
         assert values(port, "Position", "Status")[0][0] == pytest.approx(0.1, abs=1e-4)
 
 
-def test_what_the_encoder_has_not_said_lately_is_not_good(port, monkeypatch):
+def test_what_the_encoder_has_not_said_lately_is_not_good(port, patient, monkeypatch):
     device = encoder()
     bus = Master(device)
     bus.node.sdo[0x2100].raw = 400
     bus.rest(0.2)
     bus.node.sdo[0x6003].raw = 10000
-    old = "ramsight.deploy.encoder.opcua._OLD"
-    monkeypatch.setattr(old, 600.0)  # a busy computer may take long to connect
     with OpcuaServer(device, "boom", port=port) as server:
         server.take()
         wait_for(lambda: values(port, "Position")[0][1] == "Good")
-        monkeypatch.setattr(old, 0.5)
+        monkeypatch.setattr(OLD, 0.5)
         wait_for(lambda: values(port, "Position", "Status")[1][1] == "BadNoCommunication")
         assert values(port, "Position")[0][1] == "BadNoCommunication"
 
