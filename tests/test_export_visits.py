@@ -60,7 +60,9 @@ def same(unit, block, run):
     return said
 
 
-@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize(
+    ("built", "known"), [*((name, True) for name in NAMES), ("press ram", False)], indirect=["built"]
+)
 def test_both_ends_are_homed(built, known):
     unit, block = built
     run = Recording(unit, block, 0.2, known=known)
