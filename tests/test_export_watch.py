@@ -41,8 +41,11 @@ def made(unit, response=IDEAL):
     return ControlOptions(drive=response).block(unit)
 
 
-@pytest.mark.parametrize("unit", [BOOM, RAM, BUCKET], ids=lambda unit: unit.name)
-@pytest.mark.parametrize("name", DRIVES)
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [*((name, BOOM) for name in DRIVES), ("all", RAM), ("all", BUCKET), ("5 samples either way", BUCKET)],
+    ids=lambda value: value if isinstance(value, str) else value.name,
+)
 def test_a_late_drive_is_reckoned_with(name, unit):
     block = made(unit, DRIVES[name])
     run = Recording(unit, block, 0.3)
@@ -136,8 +139,11 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("response", [IDEAL, DRIVES["all"]], ids=["ideal", "all"])
-@pytest.mark.parametrize("unit", [BOOM, RAM, BUCKET], ids=lambda unit: unit.name)
+@pytest.mark.parametrize(
+    ("unit", "response"),
+    [(BOOM, IDEAL), (BUCKET, IDEAL), (RAM, DRIVES["all"])],
+    ids=["boom, ideal", "bucket, ideal", "ram, late and lossy"],
+)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_drive_that_does_otherwise_stops_the_cylinder(fault, unit, response):
     block = made(unit, response)

@@ -301,14 +301,19 @@ def test_every_slider_has_words_a_unit_and_its_value_and_home_and_end_take_it_to
             wait(page, lambda v=value, w=wanted: float(v.inner_text()) == float(w))
 
 
-def test_a_fault_changes_the_status_and_goes_again(page):
+def test_a_fault_changes_the_status_goes_again_and_is_marked_in_the_strips(page):
+    def marked(words):
+        wait(page, lambda: words in str(page.evaluate("studio.timeline.marks()")))
+
     page.get_by_role("switch", name="temperature lost").click()
     status = page.locator("#status-boom-kalman")
     wait(page, lambda: "oil temperature missing" in status.inner_text())
+    marked("temperature lost")
     assert "uncertain" in status.get_attribute("class")
     picture(page, "studio-fault.png")
     page.get_by_role("switch", name="temperature lost").click()
     wait(page, lambda: "oil temperature" not in status.inner_text())
+    marked("temperature lost: over")
 
 
 def test_a_machine_that_stands_is_not_drawn_anew_and_one_that_moves_is(page):
@@ -886,13 +891,6 @@ def test_a_link_to_another_machine_of_the_catalogue_opens_it_and_one_that_lies_i
     assert other.get_by_role("slider", name="load [% of the largest]").get_attribute("aria-valuenow") == "80"
 
 
-def test_what_happens_is_marked_in_the_strips(page):
-    page.get_by_text("torque frozen", exact=True).click()
-    wait(page, lambda: "torque frozen" in str(page.evaluate("studio.timeline.marks()")))
-    page.get_by_text("torque frozen", exact=True).click()
-    wait(page, lambda: "torque frozen: over" in str(page.evaluate("studio.timeline.marks()")))
-
-
 def test_a_second_visitor_has_a_machine_of_his_own_and_a_closed_tab_ends_its_process(loader, visitor, page):
     address, server = loader
     wait(page, lambda: newest(page, "position") is not None)
@@ -919,17 +917,18 @@ NAMELESS = """() => ['button', '[role=slider]', '[role=switch]', '[role=tab]', '
     .map((e) => e.outerHTML.slice(0, 200))"""
 
 
-@pytest.mark.parametrize("tab", ["Live", "Machines", "Logs", "Studies"])
-def test_every_control_has_a_name_and_a_narrow_screen_is_wide_enough(page, tab):
+def test_every_control_has_a_name_and_a_narrow_screen_is_wide_enough(page):
     page.set_viewport_size({"width": 400, "height": 900})
-    page.get_by_role("tab", name=tab).click()
-    page.wait_for_timeout(2500)
-    assert page.evaluate("document.documentElement.scrollWidth") <= 400
-    assert page.evaluate(NAMELESS) == []
-    if folder := os.environ.get("RAMSIGHT_NARROW"):  # to be looked at
-        page.emulate_media(color_scheme="dark")
-        page.wait_for_timeout(500)
-        page.screenshot(path=Path(folder) / f"narrow-{tab}.png")
+    for tab in ("Live", "Machines", "Logs", "Studies"):
+        page.get_by_role("tab", name=tab).click()
+        page.wait_for_timeout(2500)
+        assert page.evaluate("document.documentElement.scrollWidth") <= 400, tab
+        assert page.evaluate(NAMELESS) == [], tab
+        if folder := os.environ.get("RAMSIGHT_NARROW"):  # to be looked at
+            page.emulate_media(color_scheme="dark")
+            page.wait_for_timeout(500)
+            page.screenshot(path=Path(folder) / f"narrow-{tab}.png")
+            page.emulate_media(color_scheme="light")
 
 
 def serious(page):
