@@ -268,7 +268,6 @@ def test_the_verb_serves_a_bus_until_it_is_told_to_stop(tmp_path):
             "--state", str(tmp_path / "boom.state"), "--eds", str(eds)]  # fmt: skip
     with subprocess.Popen([sys.executable, "-m", "ramsight", *verb], stdout=subprocess.PIPE, text=True) as process:
         said = [process.stdout.readline(), process.stdout.readline()]
-        time.sleep(0.3)
         process.send_signal(signal.SIGTERM)
         said.append(process.stdout.read())
     assert process.returncode == 0

@@ -874,9 +874,9 @@ def test_ten_hours_at_100_hz_are_thinned_in_a_moment(tmp_path):
     at = np.arange(3_600_000) * 0.01
     keep(tmp_path / "view", {"time": at, "position": np.sin(at).astype(np.float32)})
     columns = kept(tmp_path / "view")
-    begun = time.perf_counter()
+    begun = time.process_time()
     thinned(columns, 1500)
-    assert time.perf_counter() - begun < 1.0
+    assert time.process_time() - begun < 1.0
 
 
 def test_a_wrong_file_says_why_and_names_no_folder(tmp_path):
