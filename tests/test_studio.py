@@ -814,22 +814,28 @@ def commissioned(tmp_path_factory):
     return folder / "log.csv", folder / "truth.csv"
 
 
-def test_references_leak_test_factors_and_report_are_those_of_the_verbs(commissioned):
+def test_references_leak_test_and_report_are_those_of_the_verbs(commissioned):
     log, truth = (str(one) for one in commissioned)
     asked = Asked(machine.load_machine("mining-loader"), "boom", log, truth)
     rows = told(track, asked)["tracked"]["references"]
     assert {row["what"] for row in rows} == {"end stop, retracted", "end stop, extended"}
     assert len(rows) == 4
     assert all(abs(row["error [mm]"]) < 5.0 for row in rows)
-    verbs = {
-        "leak test": ["leak-test", "mining-loader", log, "--unit", "boom"],
-        "report": ["commission", "mining-loader", log, "--unit", "boom", "--truth", truth],
-    }
-    for work, what in ((find_leak, "leak test"), (judge, "report")):
-        assert told(work, asked)[what].strip() == CliRunner().invoke(app, verbs[what]).stdout.strip()
-    assert "Mining loader" in (asked.folder / "report.html").read_text()
-    assert "leak factor" in told(find_factors, asked)["factors"]
+    blind, of = replace(asked, truth=None), ["mining-loader", log, "--unit", "boom"]
+    for work, what, verb in ((find_leak, "leak test", "leak-test"), (judge, "report", "commission")):
+        assert told(work, blind)[what].strip() == CliRunner().invoke(app, [verb, *of]).stdout.strip()
+    assert "Mining loader" in (blind.folder / "report.html").read_text()
     assert "need the true position" in told(find_factors, replace(asked, truth=None))["error"]
+
+
+def test_factors_of_a_log_are_found_and_its_report_with_a_truth_is_that_of_the_verb():
+    log, truth = (str(TRACES / f"boom_441kN_40C{end}.csv.gz") for end in ("", "_truth"))
+    asked = Asked(machine.load_machine("mining-loader"), "boom", log, truth)
+    assert "leak factor" in told(find_factors, asked)["factors"]
+    verb = ["commission", "mining-loader", log, "--unit", "boom", "--truth", truth]
+    said = told(judge, asked)["report"].strip()
+    assert said == CliRunner().invoke(app, verb).stdout.strip()
+    assert said != told(judge, replace(asked, truth=None))["report"].strip()
 
 
 def test_a_log_without_a_leak_test_says_so():
