@@ -14,7 +14,6 @@ from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.control.activity import ACTIVITIES, Activity
 from ramsight.control.block import position_block
 from ramsight.control.orders import INPUTS, Ask, Reason
-from ramsight.control.thresholds import NO_PLACE
 from ramsight.control.trajectory import Limits
 from ramsight.deploy.c_control import control_source, golden_control
 from ramsight.deploy.c_sensor import sensor_source
@@ -23,12 +22,12 @@ from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_control import golden_run
 from ramsight.duty.drive_response import IDEAL, DriveResponse
-from ramsight.engine.recursion import replay
 from ramsight.engine.typed_state import initial_values
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
+from .control_bench import said_by, same
 from .plant_bench import UNITS
 
 COMPILER = find_compiler()
@@ -52,20 +51,6 @@ def driven(request):
 def beside():
     """Files of a sensor, of which the control needs what is the same for all."""
     return sensor_source(kalman(BOOM), BOOM, PREFIX, "m", single=False).files
-
-
-def said_by(block, rows, state=None):
-    state = initial_values(block.initial) if state is None else state
-    return replay(block.recursion, np.ascontiguousarray(rows), np.array([block.by.limits.acceleration]), state)
-
-
-def same(unit, block, run):
-    """Commands of the graph, whose orders stay at its inputs, in a recorded run: those of the live control."""
-    said, recorded = said_by(block, run.rows), run.said
-    np.testing.assert_array_equal(said[:, 1], recorded[:, 1])
-    np.testing.assert_array_equal(np.where(said[:, 3] == NO_PLACE, np.nan, said[:, 3]), recorded[:, 2])
-    assert np.abs(said[:, 0] - recorded[:, 0]).max() < 1e-9 * unit.max_speed
-    return said
 
 
 def test_orders_that_stay_at_the_inputs_give_the_commands_of_the_live_control(driven):

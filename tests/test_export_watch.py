@@ -18,8 +18,9 @@ from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 
+from .control_bench import said_by, same
 from .plant_bench import UNITS
-from .test_export_visits import Both, said_by, same
+from .test_export_visits import Both
 
 BOOM, RAM, BUCKET = (UNITS[name] for name in ("mining-loader boom", "press ram", "mining-loader bucket"))
 DRIVES = {
