@@ -231,7 +231,7 @@ def test_a_new_page_plays_a_scenario_and_says_of_every_sensor_where_it_is_withou
             assert page.locator("#remedy").bounding_box()["y"] < height
             assert page.evaluate(SMALL) == []
             page.mouse.wheel(0, -3000)
-    wait(page, lambda: words.count() >= 3, 120.0)  # it has found its position
+    wait(page, lambda: words.count() >= 3)  # it has found its position
     page.set_viewport_size({"width": 1400, "height": 813})
     picture(page, "studio-story.png")
     assert "95 % band" in page.locator("#strip-position .u-legend").inner_text()
@@ -577,7 +577,7 @@ def test_a_description_is_edited_and_kept_over_a_reload_and_comes_as_the_file_th
 def test_an_edited_machine_runs_live_and_one_that_cannot_is_said_why_while_the_other_goes_on(page, loader):
     _, server = loader
     wait(page, lambda: newest(page, "position") is not None)
-    wait(page, lambda: len(workers(server)) == 1, 60.0)  # that of the visitor before ends a little later
+    wait(page, lambda: len(workers(server)) == 1)  # that of the visitor before ends a little later
     before = {p.pid for p in workers(server)}
     page.get_by_role("tab", name="Machines").click()
     said, run = page.locator("#machine-said"), page.locator("#run-description")
