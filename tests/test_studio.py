@@ -6,6 +6,7 @@ import itertools
 import math
 import os
 import re
+import shutil
 import signal
 import time
 from dataclasses import fields, replace
@@ -828,8 +829,8 @@ def test_references_leak_test_and_report_are_those_of_the_verbs(commissioned):
     assert "need the true position" in told(find_factors, replace(asked, truth=None))["error"]
 
 
-def test_factors_of_a_log_are_found_and_its_report_with_a_truth_is_that_of_the_verb():
-    log, truth = (str(TRACES / f"boom_441kN_40C{end}.csv.gz") for end in ("", "_truth"))
+def test_factors_of_a_log_are_found_and_its_report_with_a_truth_is_that_of_the_verb(tmp_path):
+    log, truth = (str(shutil.copy(TRACES / f"boom_441kN_40C{end}.csv.gz", tmp_path)) for end in ("", "_truth"))
     asked = Asked(machine.load_machine("mining-loader"), "boom", log, truth)
     assert "leak factor" in told(find_factors, asked)["factors"]
     verb = ["commission", "mining-loader", log, "--unit", "boom", "--truth", truth]
