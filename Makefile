@@ -25,7 +25,7 @@ INSTALLED := $(VENV)/installed.stamp
 DOCS_PINS := requirements/docs.txt
 DOCS_INSTALLED := $(VENV)/docs.stamp
 SITE := build/site
-PYTEST_ARGS ?= -n 2 --dist loadfile
+PYTEST_ARGS ?= -n 2 --dist loadfile --no-loadscope-reorder
 # Hundreds of processes load what the first one has compiled: a quarter of what a command's start takes.
 export PYTHONDONTWRITEBYTECODE :=
 

@@ -26,6 +26,23 @@ settings.register_profile("ramsight", deadline=None, derandomize=True, suppress_
 settings.load_profile("ramsight")
 
 
+# Files that take a core for more than 20 s, the longest first: a worker that is given one at the end works alone.
+LONG = (
+    "studio_browser", "paper", "docs_tutorials", "studio", "docs_run", "loader_verb", "export_further", "export",
+    "assumptions", "identify_circuits", "balance", "loader_in_service", "commissioning", "wrong_values", "identify",
+    "export_control", "export_visits", "export_fmu", "export_profiles", "export_watch", "effects", "datasheet",
+    "drive_check", "commissioning_changes", "export_ssp", "docs", "fit_track", "unit_control", "kalman", "imports",
+    "sensor_circuits", "core_alone", "watch", "cli_machine", "encoder_beside", "export_power", "export_platforms",
+    "optimized", "plant", "directional", "export_parameters",
+)  # fmt: skip
+
+
+def pytest_collection_modifyitems(items):
+    """Put what takes longest first."""
+    place = {f"test_{name}.py": k for k, name in enumerate(LONG)}
+    items.sort(key=lambda item: place.get(item.path.name, len(LONG)))
+
+
 def pytest_collection_finish():
     """Graphs are many objects that stay: looking through all of them again and again for garbage takes a tenth."""
     gc.collect()

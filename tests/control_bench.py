@@ -1,17 +1,20 @@
-"""Stages of the control by themselves: compiled and stepped, or evaluated with plain numbers."""
+"""Stages of the control by themselves, compiled and stepped or evaluated with plain numbers, and its graph replayed."""
 
 import math
 from dataclasses import dataclass, fields
 
 import casadi as ca
+import numpy as np
 
 from ramsight.control.actuation import Actuation
 from ramsight.control.decision import Sample
 from ramsight.control.orders import Ask, Inputs
 from ramsight.control.sensing import Sensed, reliance_on
+from ramsight.control.thresholds import NO_PLACE
 from ramsight.control.trajectory import Trajectory, advanced, at_rest, begun, setpoint
 from ramsight.engine.live_recursion import Live, recursion_of
-from ramsight.engine.typed_state import leaf, mapped, symbols
+from ramsight.engine.recursion import replay
+from ramsight.engine.typed_state import initial_values, leaf, mapped, symbols
 from ramsight.expression import Scalar
 from ramsight.sensor.status import Status
 
@@ -92,3 +95,23 @@ class Evaluated:
         if not callable(value):
             return value
         return lambda *given, **named: number(value(*given, **named))
+
+
+def parameters_of(block):
+    """Of the graph of a control: the largest acceleration of a move."""
+    return np.array([block.by.limits.acceleration])
+
+
+def said_by(block, rows, state=None):
+    """What the graph of a control says, from its first state or a state that goes on."""
+    state = initial_values(block.initial) if state is None else state
+    return replay(block.recursion, np.ascontiguousarray(rows), parameters_of(block), state)
+
+
+def same(unit, block, run):
+    """Commands of the graph, whose orders stay at its inputs, in a recorded run: those of the live control."""
+    said, recorded = said_by(block, run.rows), run.said
+    np.testing.assert_array_equal(said[:, 1], recorded[:, 1])
+    np.testing.assert_array_equal(np.where(said[:, 3] == NO_PLACE, np.nan, said[:, 3]), recorded[:, 2])
+    assert np.abs(said[:, 0] - recorded[:, 0]).max() < 1e-9 * unit.max_speed
+    return said

@@ -4,7 +4,8 @@ These are the graphs of sensors, the C of them, and what is identified by a log.
 and each caller has one that is its own, with its own state and parameters: only what cannot change is shared.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache, wraps
 from hashlib import sha256
@@ -21,9 +22,17 @@ _make, _write, _find = pipe.kalman, c_sensor.sensor_source, identification.ident
 _made = lru_cache(maxsize=_GRAPHS)(_make)
 
 
+_anew = False
+
+
+def _once(function: Callable) -> Callable:
+    """A function that keeps what it has made, or what it makes it with where all is to be made anew."""
+    return function.__wrapped__ if _anew else function
+
+
 @wraps(_make)
 def _kalman(unit, assumptions=None, kinds=KINDS):
-    known = _made(unit, assumptions or unit.assumptions, tuple(kinds))
+    known = _once(_made)(unit, assumptions or unit.assumptions, tuple(kinds))
     return replace(known, parameters=known.parameters.copy(), initial=known.initial.copy(), units=dict(known.units))
 
 
@@ -48,7 +57,7 @@ def _written(of, unit, prefix, machine, **options):
 @wraps(_write)
 def _sensor_source(sensor, unit, prefix, machine, **options):
     numbers = np.concatenate([sensor.parameters, sensor.initial]).tobytes()
-    found = _written(_Of((sensor.recursion, sensor.kind, numbers), sensor), unit, prefix, machine, **options)
+    found = _once(_written)(_Of((sensor.recursion, sensor.kind, numbers), sensor), unit, prefix, machine, **options)
     return replace(found, files=dict(found.files))
 
 
@@ -70,7 +79,7 @@ def _found(unit, of):
 
 @wraps(_find)
 def _identify(unit, log, truth, *, advance=None):
-    found, steps = _found(unit, _Of((_digest(log), _digest(truth)), log, truth))
+    found, steps = _once(_found)(unit, _Of((_digest(log), _digest(truth)), log, truth))
     for step in steps if advance else ():
         advance(step)
     own = {name: dict(value) for name, value in vars(found).items() if isinstance(value, Mapping)}
@@ -82,7 +91,12 @@ def share():
     pipe.kalman, c_sensor.sensor_source, identification.identify = _kalman, _sensor_source, _identify
 
 
-def forget():
-    """Make all of them anew from now on: for tests of what making them twice gives."""
-    for kept in (_made, _written, _found):
-        kept.cache_clear()
+@contextmanager
+def anew() -> Iterator[None]:
+    """Within, all of them are made anew: for tests of what making them twice gives."""
+    global _anew
+    _anew = True
+    try:
+        yield
+    finally:
+        _anew = False

@@ -216,8 +216,9 @@ def test_three_iterations_a_step_follow_the_plant_through_a_move(unit, bare, lif
 
 def integrated(plant, speed, until, z0, load, **how):
     """The plant under a speed over time, by an integrator that takes what it needs."""
+    p = plant.p(oil_temperature=WARM)
     return solve_ivp(
-        lambda t, z: rate(plant, z, speed(t), load),
+        lambda t, z: np.array(plant(z, [speed(t), load], 0.0, p)[0])[:, 0],
         (0.0, until),
         z0,
         "Radau",
@@ -582,7 +583,7 @@ def test_an_option_of_a_part_changes_the_balance_as_it_changes_the_plant(name, o
         for which in (unit, changed):
             z = balance(which).at_rest(0.5 * which.cylinder.stroke, load)
             for k in range(80):
-                _, z = solved(which, z, speed, load, 0.02 if k < 50 else 1.0, iterations=3)
+                z = after(which, z, speed, load, 0.02 if k < 50 else 1.0, 3)
                 z[0] = 0.5 * which.cylinder.stroke
             velocities.append(z[1])
         exact = steady(changed, plant, speed, load, z)

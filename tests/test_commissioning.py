@@ -376,8 +376,9 @@ def test_a_true_position_in_another_unit_is_refused_with_a_hint(boom, rehearsed)
             judge(boom, log, truth=wrong)
 
 
-def test_the_measured_position_that_a_map_names_is_the_truth(boom, rehearsed, tmp_path):
-    log, run = rehearsed
+def test_the_measured_position_that_a_map_names_is_the_truth(boom, tmp_path):
+    run = ramsight.simulate(boom, lift_lower(boom, [129e3, 441e3], 313.15))
+    log = ramsight.drive_report(run)
     rows = ["t,n,M,T,x"]
     columns = [log["time"].values, log["motor_speed"].values, log["motor_torque"].values]
     columns += [log["oil_temperature"].values - 273.15, 1e3 * run["position"].values]

@@ -1,5 +1,6 @@
 """The encoder on buses of python-can, in real time: a life from boot to power loss, and the command line."""
 
+import math
 import os
 import signal
 import struct
@@ -25,6 +26,7 @@ from ramsight.sensor.status import Status
 from ramsight.tracking.comparing import Verdict
 
 from .encoder_bus import DRIVE, EDS, FAULT, NODE, OTHER_MAP, PE, RATED, WARM, encoder, other_frame
+from .waiting import PATIENCE, wait_for
 
 GROUP = "239.74.163.2"
 
@@ -124,13 +126,6 @@ class RealSensor(Sender):
                 self._bus.send(message_of(other_frame(self.steps)))
 
 
-def wait_for(condition, seconds=3.0):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "did not come in time"
-        time.sleep(0.005)
-
-
 def test_a_life_as_a_controller_sees_it(buses, tmp_path, trace):
     """Boot, reference, work, temperature lost, wrong preset refused, drive lost, power cycle."""
     case = trace("boom_441kN_40C")
@@ -142,7 +137,7 @@ def test_a_life_as_a_controller_sees_it(buses, tmp_path, trace):
     network.NOTIFIER_CYCLE = 0.05
     network.connect()
     node = network.add_node(NODE, str(EDS))
-    node.sdo.RESPONSE_TIMEOUT = 2.0
+    node.sdo.RESPONSE_TIMEOUT = PATIENCE
     positions = []
     network.subscribe(0x180 + NODE, lambda _, data, at: positions.append((at, struct.unpack("<i", data)[0])))
     device, machine_bus, encoder_bus = encoder(state, channel_map), buses.open(), buses.open()
@@ -171,7 +166,7 @@ def test_a_life_as_a_controller_sees_it(buses, tmp_path, trace):
             with pytest.raises(SdoAbortedError) as refused:
                 node.sdo["Preset value"].raw = 99999
             assert refused.value.code == 0x06090030
-            time.sleep(1.2)  # at rest: the position is kept
+            wait_for(lambda: device._saving._rested == math.inf)  # at rest: the position is kept
         before = positions[-1][1]
         positions.clear()
         again = encoder(state, channel_map)
@@ -198,7 +193,7 @@ def test_a_real_sensor_on_the_bus_is_held_against_it(buses, tmp_path, trace):
     network = canopen.Network(buses.open())
     network.connect()
     node = network.add_node(NODE, str(EDS))
-    node.sdo.RESPONSE_TIMEOUT = 2.0
+    node.sdo.RESPONSE_TIMEOUT = PATIENCE
     device = encoder(None, load_map(tmp_path / "map.toml"), overrides=overrides(False, None, 1e-3, 0.1))
     machine_bus, real_bus = buses.open(), buses.open()
     try:
@@ -273,7 +268,6 @@ def test_the_verb_serves_a_bus_until_it_is_told_to_stop(tmp_path):
             "--state", str(tmp_path / "boom.state"), "--eds", str(eds)]  # fmt: skip
     with subprocess.Popen([sys.executable, "-m", "ramsight", *verb], stdout=subprocess.PIPE, text=True) as process:
         said = [process.stdout.readline(), process.stdout.readline()]
-        time.sleep(0.3)
         process.send_signal(signal.SIGTERM)
         said.append(process.stdout.read())
     assert process.returncode == 0

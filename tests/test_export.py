@@ -48,7 +48,7 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.persistence import StateFile, forgotten
 from ramsight.sensor.status import Status
 
-from .made_once import forget
+from .made_once import anew
 
 COMPILER = find_compiler()
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
@@ -405,9 +405,10 @@ def test_a_state_that_cannot_be_is_not_resumed_even_with_a_good_checksum(slots, 
 
 
 def test_the_same_machine_gives_the_same_bytes(tmp_path):
-    one = write_sensor(LOADER, "boom", tmp_path / "one", compiler="")
-    forget()
-    other = write_sensor(LOADER, "boom", tmp_path / "other", compiler="")
+    press = machine.load_machine("press")
+    one = write_sensor(press, "ram", tmp_path / "one", compiler="")
+    with anew():
+        other = write_sensor(press, "ram", tmp_path / "other", compiler="")
     assert sorted(one.files) == sorted(str(f.relative_to(one.folder)) for f in one.folder.rglob("*") if f.is_file())
     for name in one.files:
         assert (one.folder / name).read_bytes() == (other.folder / name).read_bytes()

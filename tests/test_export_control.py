@@ -14,7 +14,6 @@ from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.control.activity import ACTIVITIES, Activity
 from ramsight.control.block import position_block
 from ramsight.control.orders import INPUTS, Ask, Reason
-from ramsight.control.thresholds import NO_PLACE
 from ramsight.control.trajectory import Limits
 from ramsight.deploy.c_control import control_source, golden_control
 from ramsight.deploy.c_sensor import sensor_source
@@ -23,16 +22,17 @@ from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_control import golden_run
 from ramsight.duty.drive_response import IDEAL, DriveResponse
-from ramsight.engine.recursion import replay
 from ramsight.engine.typed_state import initial_values
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
+from .control_bench import said_by, same
 from .plant_bench import UNITS
 
 COMPILER = find_compiler()
 NAMES = ["mining-loader boom", "press ram", "eha-test-bench axis"]
+BOOM, PREFIX = UNITS["mining-loader boom"], "ramsight_it"
 
 
 LATE = DriveResponse(0.05, 0.03, bandwidth=10.0, order=2, acceleration=300.0, lost=0.02)
@@ -47,18 +47,10 @@ def driven(request):
     return unit, block, golden_run(unit, block)
 
 
-def said_by(block, rows, state=None):
-    state = initial_values(block.initial) if state is None else state
-    return replay(block.recursion, np.ascontiguousarray(rows), np.array([block.by.limits.acceleration]), state)
-
-
-def same(unit, block, run):
-    """Commands of the graph, whose orders stay at its inputs, in a recorded run: those of the live control."""
-    said, recorded = said_by(block, run.rows), run.said
-    np.testing.assert_array_equal(said[:, 1], recorded[:, 1])
-    np.testing.assert_array_equal(np.where(said[:, 3] == NO_PLACE, np.nan, said[:, 3]), recorded[:, 2])
-    assert np.abs(said[:, 0] - recorded[:, 0]).max() < 1e-9 * unit.max_speed
-    return said
+@pytest.fixture(scope="module")
+def beside():
+    """Files of a sensor, of which the control needs what is the same for all."""
+    return sensor_source(kalman(BOOM), BOOM, PREFIX, "m", single=False).files
 
 
 def test_orders_that_stay_at_the_inputs_give_the_commands_of_the_live_control(driven):
@@ -71,29 +63,26 @@ def test_orders_that_stay_at_the_inputs_give_the_commands_of_the_live_control(dr
 
 
 @pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
-def test_c_asks_for_it_too_and_a_wrong_sample_is_noticed(driven, tmp_path):
+def test_c_asks_for_it_too_and_a_wrong_sample_is_noticed(driven, beside, tmp_path):
     unit, block, run_ = driven
-    prefix = "ramsight_it"
-    source = golden_control(control_source(block, unit, prefix, "m"), run_.rows, run_.said, unit.max_speed)
-    files = {**sensor_source(kalman(unit), unit, prefix, "m", single=False).files, **source.files}
-    for name, text in files.items():
+    source = golden_control(control_source(block, unit, PREFIX, "m"), run_.rows, run_.said, unit.max_speed)
+    for name, text in (beside | source.files).items():
         (tmp_path / name).write_text(text)
     strict = [*STRICT, "-Wconversion", "-Wdouble-promotion", "-DROUNDS=1"]
-    build = [COMPILER, *strict, f"{prefix}_control.c", f"{prefix}_control_test.c", "-lm", "-o", "golden"]
+    build = [COMPILER, *strict, f"{PREFIX}_control.c", f"{PREFIX}_control_test.c", "-lm", "-o", "golden"]
     run(build, tmp_path)
     said = run([str(tmp_path / "golden")], tmp_path)
     assert "0 other activities" in said
     assert float(re.findall(r"difference (\S+)", said)[0]) < 1e-12
     wrong = run_.said.copy()
     wrong[len(wrong) // 2, 0] += 1e-6 * unit.max_speed
-    text = golden_control(source, run_.rows, wrong, unit.max_speed).files[f"{prefix}_control_golden.h"]
-    (tmp_path / f"{prefix}_control_golden.h").write_text(text)
+    text = golden_control(source, run_.rows, wrong, unit.max_speed).files[f"{PREFIX}_control_golden.h"]
+    (tmp_path / f"{PREFIX}_control_golden.h").write_text(text)
     run(build, tmp_path)
     with pytest.raises(CompilerError, match="golden failed"):
         run([str(tmp_path / "golden")], tmp_path)
 
 
-BOOM = UNITS["mining-loader boom"]
 ORDER = dict.fromkeys(INPUTS, 0.0) | {
     "position": 0.3, "load": 2e5, "oil_temperature": 313.15, "leak": 1.0, "displacement": 1.0,
     "reported": 1.0, "reported_speed": np.nan, "reported_torque": np.nan,  # of which the watch says nothing

@@ -30,6 +30,7 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 
+from .control_bench import parameters_of, same
 from .plant_bench import UNITS
 
 NAMES = ["mining-loader boom", "press ram", "forklift-mast lift", "mining-loader bucket"]
@@ -42,25 +43,9 @@ def built(request):
     return unit, ControlOptions().block(unit)
 
 
-def parameters(block):
-    """Of the graph: the largest acceleration of a move."""
-    return np.array([block.by.limits.acceleration])
-
-
-def said_by(block, rows):
-    return replay(block.recursion, np.ascontiguousarray(rows), parameters(block), initial_values(block.initial))
-
-
-def same(unit, block, run):
-    """Commands of the graph, whose orders stay at its inputs, in a recorded run: those of the live control."""
-    said, recorded = said_by(block, run.rows), run.said
-    np.testing.assert_array_equal(said[:, 1], recorded[:, 1])
-    np.testing.assert_array_equal(np.where(said[:, 3] == NO_PLACE, np.nan, said[:, 3]), recorded[:, 2])
-    assert np.abs(said[:, 0] - recorded[:, 0]).max() < 1e-9 * unit.max_speed
-    return said
-
-
-@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize(
+    ("built", "known"), [*((name, True) for name in NAMES), ("press ram", False)], indirect=["built"]
+)
 def test_both_ends_are_homed(built, known):
     unit, block = built
     run = Recording(unit, block, 0.2, known=known)
@@ -132,7 +117,7 @@ class Both:
             *(*sensed, WARM, 1.0, 1.0, 1.0),
             *(reported.motor_speed, reported.motor_torque, float(ask), target, steering, math.inf),
         )  # fmt: skip
-        said = replay(self.block.recursion, np.array([given_]), parameters(self.block), self.state)[0]
+        said = replay(self.block.recursion, np.array([given_]), parameters_of(self.block), self.state)[0]
         asked = self.control.step(estimate, reported)
         self.speed, self.k = asked.motor_speed, self.k + 1
         assert ACTIVITIES[int(said[1])] is asked.activity

@@ -18,8 +18,9 @@ from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 
+from .control_bench import said_by, same
 from .plant_bench import UNITS
-from .test_export_visits import Both, said_by, same
+from .test_export_visits import Both
 
 BOOM, RAM, BUCKET = (UNITS[name] for name in ("mining-loader boom", "press ram", "mining-loader bucket"))
 DRIVES = {
@@ -41,8 +42,11 @@ def made(unit, response=IDEAL):
     return ControlOptions(drive=response).block(unit)
 
 
-@pytest.mark.parametrize("unit", [BOOM, RAM, BUCKET], ids=lambda unit: unit.name)
-@pytest.mark.parametrize("name", DRIVES)
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [*((name, BOOM) for name in DRIVES), ("all", RAM), ("all", BUCKET), ("5 samples either way", BUCKET)],
+    ids=lambda value: value if isinstance(value, str) else value.name,
+)
 def test_a_late_drive_is_reckoned_with(name, unit):
     block = made(unit, DRIVES[name])
     run = Recording(unit, block, 0.3)
@@ -136,8 +140,11 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("response", [IDEAL, DRIVES["all"]], ids=["ideal", "all"])
-@pytest.mark.parametrize("unit", [BOOM, RAM, BUCKET], ids=lambda unit: unit.name)
+@pytest.mark.parametrize(
+    ("unit", "response"),
+    [(BOOM, IDEAL), (BUCKET, IDEAL), (RAM, DRIVES["all"])],
+    ids=["boom, ideal", "bucket, ideal", "ram, late and lossy"],
+)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_drive_that_does_otherwise_stops_the_cylinder(fault, unit, response):
     block = made(unit, response)

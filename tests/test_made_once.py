@@ -7,10 +7,10 @@ import numpy as np
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.sensor.kalman import kalman
 
-from .made_once import forget
+from .made_once import anew
 from .plant_bench import UNITS
 
-BOOM = UNITS["mining-loader boom"]
+BOOM, RAM = UNITS["mining-loader boom"], UNITS["press ram"]
 
 
 def test_sensors_of_equal_units_share_their_graph_and_nothing_else():
@@ -38,12 +38,12 @@ def test_what_differs_has_a_graph_of_its_own():
 
 def test_what_is_made_anew_is_the_same():
     """The graph of a sensor, operation by operation, and its C."""
-    shared = kalman(BOOM)
-    c = sensor_source(shared, BOOM, "boom", "m", single=False)
-    c.files["boom.c"] = ""
-    assert sensor_source(kalman(BOOM), BOOM, "boom", "m", single=False).files["boom.c"]
-    forget()
-    anew = kalman(BOOM)
-    assert anew.recursion is not shared.recursion
-    assert anew.recursion.function().serialize() == shared.recursion.function().serialize()
-    np.testing.assert_array_equal(anew.parameters, shared.parameters)
+    shared = kalman(RAM)
+    c = sensor_source(shared, RAM, "ram", "m", single=False)
+    c.files["ram.c"] = ""
+    assert sensor_source(kalman(RAM), RAM, "ram", "m", single=False).files["ram.c"]
+    with anew():
+        other = kalman(RAM)
+    assert other.recursion is not shared.recursion
+    assert other.recursion.function().serialize() == shared.recursion.function().serialize()
+    np.testing.assert_array_equal(other.parameters, shared.parameters)

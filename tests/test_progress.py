@@ -9,6 +9,8 @@ import time
 from ramsight import progress as module
 from ramsight.progress import advancing, progress, spoken
 
+from .waiting import wait_for
+
 
 class Terminal(io.StringIO):
     def isatty(self):
@@ -24,10 +26,8 @@ def looked_at(monkeypatch):
 
 
 def seen(terminal, words):
-    until = time.monotonic() + 5.0
-    while words not in terminal.getvalue() and time.monotonic() < until:
-        time.sleep(0.01)
-    return words in terminal.getvalue()
+    wait_for(lambda: words in terminal.getvalue())
+    return True
 
 
 def test_a_bar_appears_though_the_work_has_said_nothing_yet(monkeypatch):

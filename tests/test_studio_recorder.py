@@ -122,9 +122,10 @@ class Asked:
 
 async def both(session):
     asked = [asyncio.ensure_future(saved_run(session, unit)) for unit in ("boom", "bucket")]
+    await asyncio.sleep(0)  # both have asked
     for _ in asked:
-        await asyncio.sleep(0.3)
         session.answer()
+        await asyncio.wait([one for one in asked if not one.done()], return_when=asyncio.FIRST_COMPLETED)
     return await asyncio.gather(*asked)
 
 

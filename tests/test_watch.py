@@ -251,7 +251,7 @@ def test_a_speed_that_is_stuck_while_the_motor_keeps_its_speed_is_told_where_it_
 def test_a_drive_that_is_noisier_or_less_noisy_than_declared_is_not_stuck(noise, period):
     how = DriveReport(seed=3, speed_noise=noise)
     for tremble in (0.0, 0.06):
-        said = watched(NOISY, period, steady(int(1800.0 / period), 5, tremble), how=how)
+        said = watched(NOISY, period, steady(18_000, 5, tremble), how=how)
         assert Verdict.STUCK not in said
 
 
