@@ -168,7 +168,9 @@ def test_the_comparison_says_what_python_says(instances, fmi):
     whole = one.fmu.getInteger if fmi == 2 else one.fmu.getInt64
     assert whole([one.place["verdict"]])[0] == Verdict.UNCHECKED
     met, stood = set(), 0.0
-    for k, (time, speed, torque, temperature, _) in enumerate(rows):
+    times = np.maximum.accumulate([row[0] for row in rows])  # no importer steps back
+    forward = [row for row, time in zip(rows, times, strict=True) if row[0] == time]
+    for k, (time, speed, torque, temperature, _) in enumerate(forward):
         said = sensor.step(time, speed, torque, temperature)
         true = said.position + (0.1 if 500 < k < 600 else 0.0)
         stood = stood if k > 1200 else true

@@ -5,8 +5,10 @@ import importlib
 import json
 import re
 import struct
+import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import ramsight
@@ -14,6 +16,7 @@ from ramsight.deploy.encoder.opcua import address_of
 from ramsight.errors import LogError, RamsightError
 from ramsight.logs import mcap_chunk, open_log, packed
 from ramsight.logs.digits import decimal, is_digits, whole
+from ramsight.logs.inspect import inspect_log
 from ramsight.logs.mcap_chunk import unpacked_chunk
 
 from .command import at_once
@@ -173,3 +176,52 @@ def test_odd_times_have_a_duration(tmp_path, times):
         assert 0.0 <= lasts < 1.0
     else:
         assert done.stderr.startswith("error: log.csv")
+
+
+def sheet_of(folder, content):
+    """An Excel file whose sheet holds so."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["time_s", "x"])
+    book.save(folder / "plain.xlsx")
+    space = b'<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>'
+    with (
+        zipfile.ZipFile(folder / "plain.xlsx") as plain,
+        zipfile.ZipFile(folder / "bomb.xlsx", "w", zipfile.ZIP_DEFLATED) as bomb,
+    ):
+        for name in plain.namelist():
+            is_sheet = name.startswith("xl/worksheets/")
+            bomb.writestr(name, space + content + b"</sheetData></worksheet>" if is_sheet else plain.read(name))
+    return folder / "bomb.xlsx"
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b" " * (70 << 20), "unpacks to 70 MiB"),
+        (b'<row><c r="XFD1"><v>0</v></c></row>' * 100, "more than 1000000 cells"),
+    ],
+)
+def test_a_sheet_of_nothing_is_refused_before_it_fills_the_memory(tmp_path, content, says):
+    with pytest.raises(LogError, match=says):
+        inspect_log(sheet_of(tmp_path, content))
+
+
+def test_zeros_of_matlab_are_refused_before_they_are_unpacked(tmp_path):
+    scipy_io = pytest.importorskip("scipy.io")
+    scipy_io.savemat(tmp_path / "a.mat", {"a": np.zeros(9 << 20)}, do_compression=True)
+    with pytest.raises(LogError, match="unpacks to 72 MiB"):
+        inspect_log(tmp_path / "a.mat")
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "b.mat", "w", userblock_size=512) as file:
+        file.create_dataset("a", data=np.zeros((1, 9 << 20)), chunks=(1, 1 << 20), compression="gzip")
+    with pytest.raises(LogError, match="unpacks to 72 MiB"):
+        inspect_log(tmp_path / "b.mat")
+
+
+def test_a_recording_of_matlab_with_noise_and_constants_is_read(tmp_path):
+    scipy_io = pytest.importorskip("scipy.io")
+    noise = np.random.default_rng(1).normal(size=10_000)
+    columns = {"t": 0.02 * np.arange(10_000), "x": noise, "c": np.zeros(10_000)}
+    scipy_io.savemat(tmp_path / "a.mat", columns, do_compression=True)
+    assert len(inspect_log(tmp_path / "a.mat").channels) >= 2

@@ -105,6 +105,48 @@ def test_a_torque_with_its_noise_is_alive_for_hours():
     assert not any(alive.take(Report(PERIOD * k, 0.0, float(one)), PERIOD) for k, one in enumerate(torques))
 
 
+def stale_at(alive, reports):
+    """The first of some reports (speed, torque) at which it is stale; None if at none."""
+    for k, (speed, torque) in enumerate(reports):
+        alive.take(Report(PERIOD * k, speed, torque), PERIOD)
+        if alive.is_stale:
+            return k
+    return None
+
+
+@pytest.mark.parametrize("speed", [100.0, 0.0])
+def test_a_report_that_had_changed_and_stands_is_found_where_no_noise_is_declared(speed):
+    rng = np.random.default_rng(4)
+    torques = (0.08 * np.round(rng.normal(20.0, 0.5, 400) / 0.08)).tolist()
+    alive = Liveness(300.0, None, noise=0.0, step=0.08)
+    frozen = stale_at(alive, [(speed, one) for one in [*torques, *[torques[-1]] * 30]])
+    assert 400 + 6 <= frozen <= 400 + 18
+    assert not alive.is_new()
+    alive.take(Report(10.0, speed, 1.0), PERIOD)
+    assert not alive.is_stale
+
+
+@pytest.mark.parametrize("every", [2, 5, 20])
+def test_a_drive_whose_reports_repeat_by_habit_is_alive(every):
+    rng = np.random.default_rng(5)
+    torques = np.repeat(rng.normal(20.0, 0.5, 5000), every)[:5000]
+    assert stale_at(Liveness(300.0, None, 0.0, 0.08), [(100.0, float(one)) for one in torques]) is None
+
+
+def test_few_reports_teach_nothing_about_repeats():
+    assert stale_at(Liveness(300.0, None, 0.0, 0.08), [(100.0, 20.0), (101.0, 21.0), *[(101.0, 21.0)] * 500]) is None
+
+
+@pytest.mark.parametrize(
+    ("speed", "torque", "zeros", "stale"),
+    [(100.0, 20.0, 2, True), (100.0, 20.0, 1, False), (20.0, 20.0, 5, False), (0.0, 20.0, 5, False)],
+)
+def test_zeros_right_after_fast_motion_are_no_reports(speed, torque, zeros, stale):
+    alive = Liveness(300.0, None, 0.0, 0.08)
+    assert (stale_at(alive, [(speed, torque)] * 3 + [(0.0, 0.0)] * zeros) is not None) == stale
+    assert stale_at(alive, [(speed, torque)]) is None
+
+
 # ---- the encoder
 
 

@@ -8,6 +8,8 @@ import os
 import re
 import shutil
 import signal
+import socket
+import threading
 import time
 from dataclasses import fields, replace
 from pathlib import Path
@@ -579,6 +581,59 @@ def test_every_joule_that_came_in_is_somewhere(name):
         )
     rig.begin_account()
     assert flows(rig.sheet[unit], rig.accounts[unit])["in"]["drive"] == 0.0
+
+
+# -- half requests
+
+
+@pytest.fixture
+def served_with_patience(monkeypatch):
+    """A server behind the guard that waits for half a second; gives its port."""
+    uvicorn = pytest.importorskip("uvicorn")
+    from ramsight.studio import guard as guards
+    from ramsight.studio import half_requests
+
+    monkeypatch.setattr(half_requests, "PATIENCE", 0.5)
+    monkeypatch.setattr(guards, "BODY_WITHIN", 0.5)
+
+    async def app(scope, receive, send):
+        while scope["type"] == "http" and (await receive()).get("more_body"):
+            pass
+        await asyncio.sleep(0.8)  # an answer may take longer than a request
+        await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
+        await send({"type": "http.response.body", "body": b"ok"})
+
+    config = uvicorn.Config(
+        Guard(app, None, 100), port=0, http=half_requests.ClosingProtocol, log_level="critical", lifespan="off"
+    )
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run, daemon=True)
+    thread.start()
+    while not server.started:
+        time.sleep(0.01)
+    yield server.servers[0].sockets[0].getsockname()[1]
+    server.should_exit = True
+    thread.join()
+
+
+@pytest.mark.parametrize(
+    ("sent", "answer"),
+    [
+        (b"", b""),
+        (b"GET / HTTP/1.1\r\nHost: localhost\r\n", b""),
+        (b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\nhalf", b" 408 "),
+        (b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 4\r\n\r\nfull", b" 200 "),
+        (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b" 200 "),
+    ],
+)
+def test_a_half_request_ends_and_a_whole_one_is_answered(served_with_patience, sent, answer):
+    with socket.create_connection(("127.0.0.1", served_with_patience), timeout=5.0) as client:
+        client.sendall(sent)
+        begin = time.monotonic()
+        said = client.recv(1000)
+        assert answer in said
+        assert bool(said) == bool(answer)
+        assert time.monotonic() - begin < 4.0
 
 
 # -- the guard

@@ -17,6 +17,25 @@ _MOST, _TIMES = 1 << 30, 200  # bytes unpacked, times packed ones; logs are pack
 _GZIP = 31  # zlib's window size for a gzip header and trailer
 
 
+_HELD, _HELD_TIMES = 64 << 20, 50  # bytes unpacked that are held at once, times packed ones; doubles pack to a quarter
+
+
+def check_unpacked(size: int, path: str | Path) -> None:
+    """Reject a file that is unpacked as a whole and is nothing but packed zeros, before it is.
+
+    Args:
+        size: what it unpacks to [bytes], by what it says of itself.
+        path: the file.
+
+    Raises:
+        LogError: it is more than any log of this size.
+    """
+    packed = max(Path(path).stat().st_size, 1)
+    if size > max(_HELD, _HELD_TIMES * packed):
+        text = f"unpacks to {size >> 20} MiB, {size // packed} times its size: no log does"
+        raise LogError(text, file=file_name(path))
+
+
 def file_name(path: str | Path) -> str:
     """A path as messages name it: whole, and on one line."""
     return one_line(path)

@@ -8,6 +8,8 @@ Vectors are channels, columns of matrices too (``name[2]``), or rows of wide one
 from __future__ import annotations
 
 import math
+import os
+import struct
 import zlib
 from collections.abc import Iterator
 from typing import Any
@@ -16,12 +18,13 @@ import numpy as np
 
 from ramsight.errors import LogError
 from ramsight.logs.lines import check_file, first_line
-from ramsight.logs.packed import opened
+from ramsight.logs.packed import check_unpacked, opened
 from ramsight.logs.source import needs
 from ramsight.logs.source_groups import Group, GroupSource, Recorded, by_length
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _LOOKED_AT = 2048  # bytes; MATLAB writes 512 of its own before what is HDF5
+_HEADER, _TAG, _PACKED = 128, 8, 15  # bytes of a file's header and of an element's tag; its type of packed ones
 _WIDEST = 64  # columns of a matrix that are channels
 _DEEPEST = 8  # structures in structures
 _DAMAGE = (ValueError, KeyError, TypeError, IndexError, AttributeError, OSError, EOFError, MemoryError, OverflowError,
@@ -36,6 +39,8 @@ class MatSource(GroupSource):
         check_file(self.path)
         with opened(self.path) as file:
             begins = file.read(_LOOKED_AT)
+        if _HDF5 not in begins:
+            check_unpacked(_unpacked(self.path, begins), self.path)
         try:
             found = dict(_hdf5(self.path, self.file) if _HDF5 in begins else _version_5(self.path, self.file))
         except _DAMAGE as error:
@@ -47,6 +52,27 @@ class MatSource(GroupSource):
                 file=self.file,
             )
         return by_length("mat", found)
+
+
+def _unpacked(path: Any, begins: bytes) -> int:
+    """Bytes that the packed elements of a file of version 5 say they unpack to; SciPy reads no more of each."""
+    order, total = ("<" if begins[_HEADER - 2 : _HEADER] == b"IM" else ">"), 0
+    with opened(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        file.seek(_HEADER)
+        while len(tag := file.read(_TAG)) == _TAG:
+            kind, length = struct.unpack(f"{order}II", tag)
+            here = file.tell()
+            if kind == _PACKED:
+                try:
+                    inner = zlib.decompressobj().decompress(file.read(min(length, _LOOKED_AT)), _TAG)
+                except zlib.error:
+                    break  # the reader says what is wrong with it
+                total += struct.unpack(f"{order}II", inner)[1] if len(inner) == _TAG else 0
+            if here + length > size:
+                break
+            file.seek(here + length)
+    return total
 
 
 def _version_5(path: Any, file: str) -> Iterator[tuple[str, Recorded]]:
@@ -75,10 +101,14 @@ def _flat(name: str, value: Any, deep: int) -> Iterator[tuple[str, Recorded]]:
 def _hdf5(path: Any, file: str) -> Iterator[tuple[str, Recorded]]:
     h5py: Any = needs("h5py", "logs", file)
     found: list[tuple[str, Any]] = []
+    total = 0
 
     def take(name: str, one: Any) -> None:
+        nonlocal total
         is_text = one.attrs.get("MATLAB_class", b"") == b"char"
         if isinstance(one, h5py.Dataset) and not name.startswith("#") and not is_text and one.dtype.kind in "iufb":
+            total += one.size * one.dtype.itemsize
+            check_unpacked(total, path)
             _check_stored(name, one)
             found.append((name.replace("/", "."), np.asarray(one[()]).T))  # MATLAB's order of indices
 
@@ -98,7 +128,8 @@ def _check_stored(name: str, one: Any) -> None:
         is_whole = len(stored) == wanted and not any(chunk.filter_mask for chunk in stored)
         if one.compression == "gzip":  # HDF5 gives zeros of what cannot be unpacked, too
             size = math.prod(one.chunks) * one.dtype.itemsize
-            whole = (zlib.decompress(one.id.read_direct_chunk(chunk.chunk_offset)[1]) for chunk in stored)
+            packed = (one.id.read_direct_chunk(chunk.chunk_offset)[1] for chunk in stored)
+            whole = (zlib.decompressobj().decompress(data, size + 1) for data in packed)
             is_whole = is_whole and all(len(data) == size for data in whole)
     if not is_whole:
         raise ValueError(f"parts of {name} are missing")

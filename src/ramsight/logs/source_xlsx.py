@@ -21,10 +21,12 @@ from ramsight.logs.guess import guess_form
 from ramsight.logs.header import CsvForm
 from ramsight.logs.lines import Advance, check_file, file_name, first_line
 from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.packed import check_unpacked
 from ramsight.logs.source import needs
 from ramsight.logs.source_csv import CsvSource
 
 _SEPARATOR = "\t"
+_CELLS = 1_000_000  # of a sheet, or one for each byte: empty ones are not written, and are read all the same
 _FORMULA = re.compile(rb"<f(?:\s[^>]*)?(?:/>|>[^<]*</f>)\s*(?:</c>|<v\s*/>|<v>\s*</v>)")
 _DAMAGE = (zipfile.BadZipFile, ParseError, ValueError, KeyError, TypeError, IndexError, AttributeError, OSError,
            EOFError, zlib.error, MemoryError, OverflowError, NotImplementedError, SyntaxError)  # fmt: skip
@@ -54,8 +56,11 @@ def _write_text(path: str | Path, text: Path, file: str) -> None:
     openpyxl: Any = needs("openpyxl", "logs", file)
     damage = (*_DAMAGE, openpyxl.utils.exceptions.InvalidFileException)
     try:
+        with zipfile.ZipFile(path) as packed:
+            size = sum(one.file_size for one in packed.infolist())  # no more is read of any
+        check_unpacked(size, path)
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-        sheets = {sheet.title: list(_rows(sheet)) for sheet in book.worksheets}
+        sheets = {sheet.title: list(_rows(sheet, max(_CELLS, size))) for sheet in book.worksheets}
         book.close()
         formulas = _without_value(path)
     except damage as error:
@@ -79,10 +84,20 @@ def _write_text(path: str | Path, text: Path, file: str) -> None:
         csv.writer(target, delimiter=_SEPARATOR, lineterminator="\n").writerows(rows)
 
 
-def _rows(sheet: Any) -> Iterator[list[str]]:
-    """The cells of a sheet as text, up to the last column that has any, whatever size the sheet says it has."""
+def _rows(sheet: Any, most: int) -> Iterator[list[str]]:
+    """The cells of a sheet as text, up to the last column that has any, whatever size the sheet says it has.
+
+    Raises:
+        ValueError: there are more cells than so many, almost all of them empty.
+    """
     sheet.reset_dimensions()
-    rows = [[_text(cell) for cell in row] for row in sheet.iter_rows(values_only=True)]
+    rows: list[list[str]] = []
+    count = 0
+    for row in sheet.iter_rows(values_only=True):
+        count += len(row)
+        if count > most:
+            raise ValueError(f"sheet {sheet.title!r} has more than {most} cells, almost all of them empty")
+        rows.append([_text(cell) for cell in row])
     width = max((place + 1 for row in rows for place, cell in enumerate(row) if cell), default=0)
     for row in rows:
         yield (row + [""] * width)[:width]

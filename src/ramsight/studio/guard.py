@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 from collections.abc import Awaitable, Callable, Mapping, MutableMapping
 from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
 
+BODY_WITHIN = 10.0
+"""Between two parts of a request's body [s]."""
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _COOKIE = "ramsight-token"
 _OWN = (
@@ -105,11 +108,12 @@ class Guard:
         return f"{_COOKIE}={self.token}; Path=/; HttpOnly; SameSite=Strict".encode()
 
     async def _guarded(self, scope: MutableMapping[str, Any], receive: Receive, send: Send) -> None:
-        taken = 0
+        taken, is_whole = 0, scope["type"] != "http"
 
         async def counted() -> Message:
-            nonlocal taken
-            message = await receive()
+            nonlocal taken, is_whole
+            message = await asyncio.wait_for(receive(), None if is_whole else BODY_WITHIN)
+            is_whole = is_whole or not message.get("more_body", False)
             taken += len(message.get("body", b"")) if message["type"] == "http.request" else 0
             if taken > self.largest:
                 raise TooLargeError
@@ -124,6 +128,10 @@ class Guard:
             await self.app(scope, counted, marked)
         except TooLargeError:
             await _answer(send, 413, f"larger than {self.largest // 2**20} MiB")
+        except TimeoutError:
+            if is_whole:
+                raise
+            await _answer(send, 408, "the request did not come to its end")
 
 
 def _without_token(scope: Mapping[str, Any]) -> bytes:

@@ -84,6 +84,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
     from starlette.middleware.gzip import GZipMiddleware
     from starlette.responses import PlainTextResponse, Response
 
+    from ramsight.studio.half_requests import ClosingProtocol
     from ramsight.studio.markup import served_under
     from ramsight.studio.prepared import Prepared, prepare
     from ramsight.studio.session import Session
@@ -148,6 +149,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
 
     print(one_line(f"ramsight studio: {address(host, port, token)}"), flush=True)
     ui.run(
+        http=ClosingProtocol,
         host=host,
         port=port,
         title=title,

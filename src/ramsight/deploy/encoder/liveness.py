@@ -1,9 +1,11 @@
 """Whether the drive's data are alive: new, in time, of a drive that is enabled, by what its frames say of themselves.
 
-A frame that is frozen, zero or late looks like any other. Three things tell it, each where the channel map names it:
+A frame that is frozen, zero or late looks like any other. Four things tell it, two of them where the map names them:
 
 - a *sequence*, a number of the frame that goes on with each frame, or the counter of the SYNC that the frame answers;
-- *noise* of the torque: a report with noise repeats only so often in a row by chance (`control.repeats`);
+- *noise* of the torque: a report with noise repeats only so often in a row by chance (`control.repeats`); where none is
+  declared, how often whole reports repeat is learned;
+- *zeros*: a motor that turns fast does not stand in the next report, with a torque of exactly 0;
 - the *state word* of the drive (6041h): a drive that is not enabled has no torque.
 """
 
@@ -13,7 +15,7 @@ import math
 from dataclasses import dataclass
 from functools import cache
 
-from ramsight.control.repeats import repeats_in_a_row
+from ramsight.control.repeats import repeats_in_a_row, runs, upper_share
 from ramsight.logs.mapped import ENABLED, ENABLED_MASK, Sequence
 
 LATE = 3.0
@@ -23,7 +25,13 @@ USUAL_PERIOD = 0.02  # s
 _SLOWER = 0.01  # share by which a drive's period may be longer than it is known, before its frames add up
 _DUPLICATE = 2  # frames with one number; CAN repeats one whose last bit was disturbed, not two
 _SURE = 2  # repeats from which on they make the report older: more are rarer than one sample in 100
+_SELDOM = 0.1  # share of reports that repeat, up to which a repeat makes the report older
+_OFTEN = 0.5  # share of reports that repeat, from which on nothing is learned from repeats
+_REMEMBERED = 2000  # reports: 40 s of a usual drive
 _TURNS = 0.02  # of the highest speed; slower the motor rests
+_FAST = 0.1  # of the highest speed; a motor that turns faster is not stopped within a report
+_SHORTEST_STOP = 0.2  # s, from the highest speed; the torque for a shorter one would be reported
+_ZEROS = 2  # reports of zeros in a row; one may be disturbed
 _DECLARED = 1e-3  # of a step; finer a report is not rounded
 
 
@@ -89,6 +97,45 @@ class Counted:
             self.late = max(self.late + (expected - step + half) % self._sequence.modulus - half, 0.0)
 
 
+class Habit:
+    """How often whole reports repeat, learned from repeats that have ended.
+
+    Example:
+        >>> habit = Habit()
+        >>> habit.enough(0.02)
+        inf
+        >>> for _ in range(300): habit.ended(0)
+        >>> habit.enough(0.02)
+        10.0
+    """
+
+    def __init__(self) -> None:
+        self._repeated = self._reports = 0.0
+
+    @property
+    def share(self) -> float:
+        """Upper 95 % bound of the share of reports that repeat the one before."""
+        return float(upper_share(self._repeated, self._reports))
+
+    def ended(self, run: int) -> None:
+        """So many repeats have ended with another report."""
+        self._repeated, self._reports = self._repeated + run, self._reports + run + 1
+        if self._reports > _REMEMBERED:
+            self._repeated, self._reports = 0.5 * self._repeated, 0.5 * self._reports
+
+    def enough(self, period: float) -> float:
+        """Repeats that are too many by chance; infinite if reports repeat often, or few were seen.
+
+        Of values that fall into steps with the probabilities p_k the share that repeats is the sum of p_k^2. So none
+        is likelier than its root, and n repeats in a row are rarer than that share to the power of n/2.
+
+        Args:
+            period: of the reports [s].
+        """
+        share = self.share
+        return math.inf if share > _OFTEN else 2.0 * runs(share, period)
+
+
 class Liveness:
     """Watches what the drive's reports say of themselves.
 
@@ -115,7 +162,9 @@ class Liveness:
         self._turns, self._noise, self._step = _TURNS * fastest, noise, max(step, _DECLARED * noise)
         self._counted = None if sequence is None else Counted(sequence)
         self._torque, self._run, self._since = math.nan, 0, -math.inf
+        self._speed, self._habits = math.nan, {True: Habit(), False: Habit()}
         self._turned = False
+        self._fastest, self._zeros = fastest, 0
         self.is_stale = self.is_disabled = False
         self._age = 0.0
 
@@ -139,10 +188,12 @@ class Liveness:
             late = self._counted.are_late
             self._age = known * self._counted.late
         moved = self._state(report)
-        if self._noise > 0.0 and not self.is_disabled:
-            frozen = self._repeats(report, known)
+        if not self.is_disabled:
+            frozen = self._repeats(report, known) if self._noise > 0.0 else self._stands(report, known)
+        frozen = self._stops_at_once(report, known) or frozen
         forgets = frozen and not self.is_stale
         self.is_stale = late or frozen
+        self._speed, self._torque = report.speed, report.torque
         return forgets or moved
 
     def is_new(self) -> bool:
@@ -163,12 +214,36 @@ class Liveness:
     def _repeats(self, report: Report, period: float) -> bool:
         """Whether the torque repeats for longer than its noise lets it."""
         if report.torque != self._torque:
-            self._torque, self._run, self._since = report.torque, 0, report.sent
+            self._run, self._since = 0, report.sent
             return False
         self._run += 1
         if self._run >= _SURE:
             self._age = max(self._age, report.sent - self._since)
         return self._run >= _enough(self._noise, self._step, period)
+
+    def _stops_at_once(self, report: Report, period: float) -> bool:
+        """Whether speed and torque have become 0 from one report to the next, faster than a motor stops."""
+        if report.speed != 0.0 or report.torque != 0.0 or self.is_disabled:
+            self._zeros = 0
+        elif abs(self._speed) > self._fastest * max(_FAST, period / _SHORTEST_STOP):
+            self._zeros = 1
+        elif self._zeros > 0:
+            self._zeros += 1
+        return self._zeros >= _ZEROS
+
+    def _stands(self, report: Report, period: float) -> bool:
+        """Whether the whole report repeats for longer than it did before, in motion or at rest."""
+        habit = self._habits[abs(report.speed) > self._turns]
+        enough = habit.enough(period)
+        if (report.speed, report.torque) != (self._speed, self._torque):
+            if self._run < enough:
+                self._habits[abs(self._speed) > self._turns].ended(self._run)
+            self._run, self._since = 0, report.sent
+            return False
+        self._run += 1
+        if self._run >= _SURE and habit.share < _SELDOM:
+            self._age = max(self._age, report.sent - self._since)
+        return self._run >= enough
 
 
 @cache
