@@ -86,20 +86,34 @@ def test_a_torque_far_beyond_the_motors_is_said_however_short(times, is_said):
         assert "0.04 s of 20.0 s are beyond that" in said[0]
 
 
-@pytest.mark.parametrize(("samples", "torn"), [(0, False), (5, False), (7, True), (50, True)])
-def test_a_run_in_which_oil_is_pulled_for_longer_than_a_moment_is_refused(samples, torn):
+def test_a_chamber_below_nothing_is_said_with_how_long():
     run = run_of(np.zeros(1001), np.zeros(1001))
     pressure = np.full(1001, 5e5)
-    pressure[100 : 100 + samples] = -3e5
-    signals = {**run.signals, "pressure_b": Signal(np.abs(pressure), "", ""), "pressure_a": Signal(pressure, "", "")}
+    pressure[:4] = -3e5
+    signals = {**run.signals, "pressure_a": Signal(pressure, "", ""), "pressure_b": Signal(np.abs(pressure), "", "")}
+    assert run_cautions(Recorded(signals, {}), 90.0, 500e3) == ()
+    pressure[:50] = -3e5
+    (said,) = run_cautions(Recorded(signals, {}), 90.0, 500e3)
+    assert said.startswith("chamber A falls to -3.0 bar absolute, for 1.0 s of 20.0 s")
+
+
+@pytest.mark.parametrize(
+    ("samples", "bar", "torn"), [(5, 30.0, False), (7, 30.0, True), (50, 19.0, False), (50, 21.0, True)]
+)
+def test_a_run_in_which_oil_pulls_for_longer_than_a_moment_is_refused(samples, bar, torn):
+    """Beyond a tenth of the largest pressure, 200 bar."""
+    run = run_of(np.zeros(1001), np.zeros(1001))
+    pressure = np.full(1001, 5e5)
+    pressure[100 : 100 + samples] = -1e5 * bar
+    other = np.full(1001, 200e5)
+    signals = {**run.signals, "pressure_b": Signal(other, "", ""), "pressure_a": Signal(pressure, "", "")}
     torn_run = Recorded(signals, {"unit": "boom"})
     if not torn:
         refuse_torn_oil(torn_run)
         return
     with pytest.raises(ramsight.SimulationError) as refused:
         refuse_torn_oil(torn_run)
-    lasts = f"{0.02 * samples:.1f} s of 20.0 s and first at 2.00 s"
-    assert str(refused.value).startswith(f"boom: chamber A falls to -3.0 bar absolute, for {lasts}")
+    assert str(refused.value).startswith(f"boom: chamber A falls to -{bar:.1f} bar absolute, first at 2.00 s")
 
 
 def test_a_reservoir_with_too_much_gas_pressure_gives_no_run():

@@ -55,7 +55,7 @@ SHAFT, POWER = {"shaft.std": math.radians(0.05)}, {"power.std": 0.005}
 LOADER = machine.load_machine("mining-loader")
 PLAIN = build(LOADER.unit("boom"), "boom")
 BOOM = replace(PLAIN, assumptions=PLAIN.assumptions.replace({**SHAFT, **POWER}))
-AT, LONG = 100.0, 10.0
+AT, LONG = 120.0, 10.0
 SPEED_FAULTS = {"gain": 1.3, "offset": 10.0, "sign": 0.0, "stuck": 0.0}
 
 

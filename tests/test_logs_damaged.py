@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from ramsight.errors import DescriptionError, LogError, LogWarning, RamsightError, UnknownNameError
 from ramsight.logs import mdf_file, open_log, read_log, write_log
@@ -21,7 +22,7 @@ from ramsight.logs.csv_table import CsvTable
 from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.lines import line_blocks
-from ramsight.logs.shown import inspection_table, show
+from ramsight.logs.shown import inspection_table
 from ramsight.machine import load_machine
 
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n"
@@ -434,7 +435,7 @@ def test_a_table_of_very_many_columns_is_shown_in_part(tmp_path, capsys):
     (tmp_path / "wide.csv").write_text(
         f"{','.join(names)},time_s,motor_speed_rpm\n" + f"{'1,' * 2050}0.00,5\n{'1,' * 2050}0.02,6\n"
     )
-    show(inspect_log(tmp_path / "wide.csv"))
+    Console(width=140).print(inspection_table(inspect_log(tmp_path / "wide.csv")))
     said = capsys.readouterr().out
     assert "motor_speed_rpm" in said, "what has a use comes before all others"
     assert "and 51 more" in said

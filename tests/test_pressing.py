@@ -125,8 +125,8 @@ def test_a_press_that_never_reaches_the_setting_or_only_draws_decides_nothing():
     assert float(odds_of_end(ca.DM(0.0), ca.DM(9.0))) == 0.0, "a place alone is no end"
 
 
-def let_go(seconds, place):
-    """Whether a press counts as it is let go, after a time at the setting."""
+def released(seconds, place):
+    """Whether a press counts as it is released, after a time at the setting."""
     state, decided = pressed_for(seconds, place=place)
     assert not decided, "it has not decided before"
     return bool(float(follow_press(state, pushed(1, 0.0, 0.0, pushing=0.0, place=place))[1]))
@@ -139,8 +139,8 @@ def let_go(seconds, place):
     (0.2, -1e-6, False),  # any other place is as likely
     (0.2, 0.0, False),  # the position is unknown
 ])  # fmt: skip
-def test_a_press_that_is_let_go_counts_near_an_end_that_is_expected(seconds, place, counts):
-    assert let_go(seconds, place) is counts
+def test_a_press_that_is_released_counts_near_an_end_that_is_expected(seconds, place, counts):
+    assert released(seconds, place) is counts
 
 
 def test_what_a_press_leaves_of_no_end_falls_with_its_time():

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ramsight.duty.recorded import Recorded
 from ramsight.errors import SimulationError
 
 _LONG = 0.1  # s beyond a limit that are worth a word
 _FAR = 3.0  # times the motor's torque, not even for a moment: the overload of common servo motors, [M]
+_PULLS = 0.1  # share of a run's largest pressure: a chamber that pulls harder moves the rod as no oil does
+_PRESSURES = ("pressure_a", "pressure_b")
 _SHOWN = 1e-3  # share of the largest energy below which a line is left out
 
 
 def run_cautions(run: Recorded, max_torque: float, load_at_relief: float) -> tuple[str, ...]:
-    """What an engineer would look at twice in a run: torque that no motor has, a load that nothing holds.
+    """What an engineer would look at twice in a run: torque that no motor has, a load that nothing holds, torn oil.
 
     Args:
         run: a run.
@@ -24,7 +27,7 @@ def run_cautions(run: Recorded, max_torque: float, load_at_relief: float) -> tup
         One sentence each; none if nothing stands out.
     """
     time, torque, load = run["time"].values, np.abs(run["motor_torque"].values), run["load"].values
-    period = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    period = _period(time)
     found, beyond = [], period * float(np.count_nonzero(torque > max_torque))
     if beyond > _LONG or torque.max() > _FAR * max_torque:
         found.append(
@@ -36,32 +39,42 @@ def run_cautions(run: Recorded, max_torque: float, load_at_relief: float) -> tup
             f"the load, up to {load.max() / 1e3:.4g} kN, is more than the {load_at_relief / 1e3:.4g} kN that the "
             "relief valve carries: what lifts it passes the valve, and where nothing else holds it the rod sinks"
         )
+    for side in "ab":
+        pressure = run[f"pressure_{side}"].values if f"pressure_{side}" in run.signals else np.zeros(0)
+        below = period * float(np.count_nonzero(pressure < 0.0))
+        if below > _LONG:
+            found.append(
+                f"chamber {side.upper()} falls to {pressure.min() / 1e5:.1f} bar absolute, for {below:.1f} s of "
+                f"{time[-1]:.1f} s: oil would tear there, and the rod go otherwise than simulated"
+            )
     return tuple(found)
 
 
 def refuse_torn_oil(run: Recorded) -> None:
-    """Refuse a run in which oil is pulled: it tears, and the rod goes otherwise than the equations say.
+    """Refuse a run in which oil pulls as no oil does: it tears, and the rod goes otherwise than the equations say.
 
     Args:
         run: a run.
 
     Raises:
-        SimulationError: an absolute pressure is below zero for longer than a moment.
+        SimulationError: an absolute pressure is far below zero for longer than a moment.
     """
     time = run["time"].values
-    period = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    for name in run.signals:
-        pressure = run[name].values
-        torn = pressure < 0.0
-        if name.startswith("pressure_") and (lasts := period * float(np.count_nonzero(torn))) > _LONG:
-            place = name.removeprefix("pressure_")
-            where = f"chamber {place.upper()}" if place in {"a", "b"} else place.replace("_", " ")
+    pressures = {name.removeprefix("pressure_"): run[name].values for name in run.signals if name in _PRESSURES}
+    far = -_PULLS * max((one.max() for one in pressures.values()), default=0.0)
+    for place, pressure in pressures.items():
+        torn = pressure < far
+        if (lasts := _period(time) * float(np.count_nonzero(torn))) > _LONG:
             raise SimulationError(
-                f"{run.attrs['unit']}: {where} falls to {pressure.min() / 1e5:.1f} bar absolute, for {lasts:.1f} s of "
-                f"{time[-1]:.1f} s and first at {time[int(np.argmax(torn))]:.2f} s: oil tears there, and the rod goes "
-                "otherwise than could be simulated; a reservoir with more gas or less precharge, more pressure in the "
-                "tank or an anti-cavitation valve keeps it filled"
+                f"{run.attrs['unit']}: chamber {place.upper()} falls to {pressure.min() / 1e5:.1f} bar absolute, first "
+                f"at {time[int(np.argmax(torn))]:.2f} s, and is far below zero for {lasts:.1f} s of {time[-1]:.1f} s: "
+                "oil tears there, and the rod goes otherwise than could be simulated; a reservoir with more gas or "
+                "less precharge, more pressure in the tank or an anti-cavitation valve keeps it filled"
             )
+
+
+def _period(time: NDArray[np.float64]) -> float:
+    return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
 
 
 def run_summary(run: Recorded) -> str:

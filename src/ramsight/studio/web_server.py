@@ -24,7 +24,7 @@ _FORGOTTEN = 3600.0  # s, after which NiceGUI forgets a tab that nobody has come
 _KEPT = 16  # machines of the catalogue that were asked for by a link
 _GONE = 10.0  # s, until a page that has gone away is abandoned, and its machine ended
 _SILENT = 40.0  # s, within which NiceGUI asks whether a page is there (0.8 of it) and waits for the answer (0.4 of it).
-# A page that draws on a slow computer is silent for seconds. Abandoned too early, it is loaded anew and forgets
+# A page that draws on a slow computer is silent for seconds. Abandoned too early, it is loaded again and forgets
 # what its visitor has typed.
 
 

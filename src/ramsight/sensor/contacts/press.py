@@ -8,7 +8,7 @@ it for long: with t the time at the setting,
 
 p is the share of presses without an end that reach the setting, T how fast these pass. The last term is the place: how
 much likelier the piston is at the end than anywhere in the stroke S; it is nothing where no position is known. The
-press is *decided* once the odds of no end are below what is stated for false contacts. One that is let go before is a
+press is *decided* once the odds of no end are below what is stated for false contacts. One that is released before is a
 measurement as well, if it reached the setting where an end is likelier than anywhere else: the odds of no end that the
 press has left are then in the density of something else (`chance_of_none`).
 
@@ -149,8 +149,8 @@ def follow_press(state: PressState, now: Pushed) -> tuple[PressState, Flag]:
     stronger = all_of(now.pushing, rise > state.rise)
     lasts = state.at_setting + ca.if_else(all_of(now.pushing, now.at_setting), now.elapsed, 0.0)
     surely = all_of(now.pushing, odds_of_end(lasts, now.place) > -math.log(FALSE_CONTACT))
-    let_go = all_of(negated(now.pushing), lasts > 0.0, now.place > 0.0)
-    decides = all_of(held, any_of(surely, let_go))
+    released = all_of(negated(now.pushing), lasts > 0.0, now.place > 0.0)
+    decides = all_of(held, any_of(surely, released))
     after = PressState(
         at_setting=ca.if_else(held, lasts, 0.0),
         decided=all_of(held, any_of(state.decided, decides)),

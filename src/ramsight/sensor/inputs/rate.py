@@ -21,6 +21,7 @@ from ramsight.sensor.thresholds import (
     RATE_LEARNT,
     RATE_LEARNT_MOST,
     RATE_MEMORY,
+    SURE_STDS,
 )
 
 
@@ -30,12 +31,16 @@ class RateState:
 
     Attributes:
         period: between two samples while the motor turns [s].
-        learnt: samples that it is the mean of, fewer with each that contradicts it.
+        last: the last one [s].
+        variance: of it, by the differences of successive ones, which another rate does not change [s2].
+        learnt: samples that period and variance are the mean of, fewer with each that contradicts it.
         apart: by how much the last samples were further apart than it says, all together [s].
         odd: whether that was too much at the last sample that counted.
     """
 
     period: Scalar = leaf("s", always=True)
+    last: Scalar = leaf("s", always=True)
+    variance: Scalar = leaf("s2", always=True)
     learnt: Scalar = leaf("1", always=True)
     apart: Scalar = leaf("s", always=True)
     odd: Flag = leaf("1")
@@ -55,20 +60,26 @@ def check_rate(
     """
     near = all_of(there, ca.fabs(tick) <= GAP_PERIOD)
     known = state.learnt >= RATE_LEARNT
-    early = RATE_EARLY + state.period
+    # What jitter adds up to, and a mean of so many samples is off by.
+    counts_as = 0.5 * RATE_MEMORY + RATE_MEMORY**2 / ca.fmax(state.learnt, 1.0)
+    spread = SURE_STDS * ca.sqrt(state.variance * counts_as)
+    early, late = RATE_EARLY + state.period + spread, GAP_PERIOD + spread
     faded = (1.0 - 1.0 / RATE_MEMORY) * state.apart
     apart = ca.if_else(all_of(near, known), faded + tick - state.period, 0.0)
-    share = ca.fmax(apart / GAP_PERIOD, -apart / early)
+    share = ca.fmax(apart / late, -apart / early)
     odd = all_of(known, any_of(share > 1.0, all_of(state.odd, share > HALF_ALARM)))
-    unknown_for = ca.fmax(ca.fabs(apart) - ca.if_else(state.odd, ca.if_else(apart < 0.0, early, GAP_PERIOD), 0.0), 0.0)
+    unknown_for = ca.fmax(ca.fabs(apart) - ca.if_else(state.odd, ca.if_else(apart < 0.0, early, late), 0.0), 0.0)
     used = all_of(odd, counts)
     learns = all_of(near, ca.fabs(speed) > MOTOR_TURNS)
+    apart_by = ca.if_else(state.learnt > 0.0, tick - state.last, 0.0)
     more = ca.fmin(state.learnt + 1.0, RATE_LEARNT_MOST)
     fewer = ca.if_else(state.learnt > RATE_LEARNT, state.learnt - 1.0, 0.0)
     after = RateState(
-        period=ca.if_else(all_of(learns, negated(odd)), state.period + (tick - state.period) / more, state.period),
+        period=state.period + ca.if_else(all_of(learns, negated(odd)), (tick - state.period) / more, 0.0),
+        last=ca.if_else(learns, tick, state.last),
+        variance=state.variance + ca.if_else(learns, (0.5 * apart_by**2 - state.variance) / more, 0.0),
         learnt=ca.if_else(learns, ca.if_else(odd, fewer, more), state.learnt),
-        apart=ca.if_else(used, ca.fmax(ca.fmin(apart, GAP_PERIOD), -early), apart),
+        apart=ca.if_else(used, ca.fmax(ca.fmin(apart, late), -early), apart),
         odd=odd,
     )
     return after, odd, ca.if_else(odd, unknown_for, 0.0)
