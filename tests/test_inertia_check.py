@@ -28,13 +28,13 @@ ROOT = Path(__file__).parents[1]
 LOADER = machine.load_machine("mining-loader")
 PLAIN = build(LOADER.unit("boom"), "boom")
 ASSUMED = PLAIN.assumptions.replace({"inertia.std": 0.3})
-AT, LONG, DT = 40.0, 80.0, 0.02
+AT, LONG, DT = 20.0, 80.0, 0.02
 
 
 @pytest.fixture(scope="module")
 def day():
     real = AsBuilt(leak=1.1).apply(PLAIN)
-    run = simulate(real, work_day(real, (100e3, 350e3), 313.15, duration=260.0, visit_every=60.0, seed=3))
+    run = simulate(real, work_day(real, (100e3, 350e3), 313.15, duration=260.0, visit_every=40.0, seed=3))
     return run, report(run, declared_report(PLAIN, 3))
 
 
