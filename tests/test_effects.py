@@ -647,7 +647,7 @@ def test_all_effects_are_in_a_machine_with_a_mechanism_too():
 @pytest.mark.parametrize("colder", [5.0, -5.0])
 def test_a_sensor_learns_how_much_warmer_the_oil_in_the_pumps_is_while_it_warms_up(colder):
     """By the reported temperature the same leakage is one factor in cold oil and another in warm oil."""
-    duty = work_day(BOOM, (100e3, 370e3), WARM, duration=2400.0, visit_every=120.0, seed=0)
+    duty = work_day(BOOM, (100e3, 370e3), WARM, duration=2400.0, visit_every=120.0, seed=1)
     after = np.linspace(0.0, duty.duration, 60)
     duty = replace(duty, oil_temperature=Profile(after, 323.15 - 35.0 * np.exp(-after / 900.0)))
     run = simulate(BOOM, duty)
