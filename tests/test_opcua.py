@@ -42,7 +42,7 @@ def asked(port, what, user=None):
     """What a coroutine of a client gives."""
 
     async def ask():
-        client = asyncua.Client(f"opc.tcp://127.0.0.1:{port}/ramsight")
+        client = asyncua.Client(f"opc.tcp://127.0.0.1:{port}/ramsight", timeout=20.0)
         if user is not None:
             client.set_user(user)
             client.set_password("")
@@ -72,7 +72,7 @@ def comes(condition):
     def holds():
         try:
             return condition()
-        except ConnectionError:
+        except (ConnectionError, TimeoutError):  # turned away, or a busy computer
             return False
 
     wait_for(holds, lambda: time.sleep(2.0 / FIRST_CLIENTS))
