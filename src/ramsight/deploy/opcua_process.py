@@ -109,6 +109,21 @@ class _TurnedAway(asyncio.Protocol):
         transport.abort()  # type: ignore[attr-defined]
 
 
+class _Loop(asyncio.SelectorEventLoop):
+    """A loop whose servers take no more connections than a door lets in, whatever protocol they speak."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._door = Door(NEW_CLIENTS, FIRST_CLIENTS)
+
+    async def create_server(self, protocol_factory: Any, *where: Any, **how: Any) -> Any:
+        def let_in() -> asyncio.BaseProtocol:
+            protocol: asyncio.BaseProtocol = protocol_factory() if self._door.opens(self.time()) else _TurnedAway()
+            return protocol
+
+        return await super().create_server(let_in, *where, **how)
+
+
 def serve(pipe: Connection, what: Serving) -> None:
     """Serve until the pipe's other end is closed; answers with `READY`, or with what is wrong.
 
@@ -121,7 +136,8 @@ def serve(pipe: Connection, what: Serving) -> None:
     if hasattr(os, "nice"):
         os.nice(_NICE)
     try:
-        asyncio.run(_Server(pipe, what).run())
+        with asyncio.Runner(loop_factory=_Loop) as runner:
+            runner.run(_Server(pipe, what).run())
     except Exception as error:  # whatever it is, the encoder says it and goes on
         with suppress(OSError):
             pipe.send(" ".join(str(error).split()) or type(error).__name__)
@@ -159,7 +175,6 @@ class _Server:
     async def _made(self) -> Any:
         """A server that anybody may read and nobody may change, with limits."""
         rules: Any = imported("asyncua.crypto.permission_rules", "opcua", RamsightError)
-        binary: Any = imported("asyncua.server.binary_server_asyncio", "opcua", RamsightError)
         ua = self._asyncua.ua
         server = self._asyncua.Server(user_manager=_Readers(rules))
         await server.init()
@@ -169,8 +184,6 @@ class _Server:
         server.set_server_name("ramsight encoder")
         server.set_security_policy([ua.SecurityPolicyType.NoSecurity], permission_ruleset=rules.SimpleRoleRuleset())
         server.set_identity_tokens([ua.AnonymousIdentityToken])
-        door, usual = Door(NEW_CLIENTS, FIRST_CLIENTS), binary.BinaryServer._make_protocol
-        binary.BinaryServer._make_protocol = lambda one: usual(one) if door.opens(time.monotonic()) else _TurnedAway()
         return server
 
     async def _offered(self, server: Any) -> dict[str, Any]:

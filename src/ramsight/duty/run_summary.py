@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,7 +14,6 @@ from ramsight.errors import SimulationError
 _LONG = 0.1  # s beyond a limit that are worth a word
 _FAR = 3.0  # times the motor's torque, not even for a moment: the overload of common servo motors, [M]
 _PULLS = 0.1  # share of a run's largest pressure: a chamber that pulls harder moves the rod as no oil does
-_PRESSURES = ("pressure_a", "pressure_b")
 _SHOWN = 1e-3  # share of the largest energy below which a line is left out
 
 
@@ -39,14 +41,11 @@ def run_cautions(run: Recorded, max_torque: float, load_at_relief: float) -> tup
             f"the load, up to {load.max() / 1e3:.4g} kN, is more than the {load_at_relief / 1e3:.4g} kN that the "
             "relief valve carries: what lifts it passes the valve, and where nothing else holds it the rod sinks"
         )
-    for side in "ab":
-        pressure = run[f"pressure_{side}"].values if f"pressure_{side}" in run.signals else np.zeros(0)
-        below = period * float(np.count_nonzero(pressure < 0.0))
-        if below > _LONG:
-            found.append(
-                f"chamber {side.upper()} falls to {pressure.min() / 1e5:.1f} bar absolute, for {below:.1f} s of "
-                f"{time[-1]:.1f} s: oil would tear there, and the rod go otherwise than simulated"
-            )
+    found += [
+        f"{fall.said}, for {fall.lasts:.1f} s of {time[-1]:.1f} s: oil would tear there, and the rod go otherwise than "
+        "simulated"
+        for fall in _falls(run, 0.0)
+    ]
     return tuple(found)
 
 
@@ -59,18 +58,37 @@ def refuse_torn_oil(run: Recorded) -> None:
     Raises:
         SimulationError: an absolute pressure is far below zero for longer than a moment.
     """
+    largest = max((one.max() for one in _pressures(run).values()), default=0.0)
+    for fall in _falls(run, -_PULLS * largest):
+        raise SimulationError(
+            f"{run.attrs['unit']}: {fall.said}, first at {fall.begins:.2f} s, and is far below zero for "
+            f"{fall.lasts:.1f} s of {run['time'].values[-1]:.1f} s: oil tears there, and the rod goes otherwise than "
+            "could be simulated; a reservoir with more gas or less precharge, more pressure in the tank or an "
+            "anti-cavitation valve keeps it filled"
+        )
+
+
+class _Fall(NamedTuple):
+    """A chamber whose pressure is below a limit: what to say of it, since when, and for how long in all [s]."""
+
+    said: str
+    begins: float
+    lasts: float
+
+
+def _falls(run: Recorded, limit: float) -> Iterator[_Fall]:
+    """The chambers that are below an absolute pressure [Pa] for longer than a moment."""
     time = run["time"].values
-    pressures = {name.removeprefix("pressure_"): run[name].values for name in run.signals if name in _PRESSURES}
-    far = -_PULLS * max((one.max() for one in pressures.values()), default=0.0)
-    for place, pressure in pressures.items():
-        torn = pressure < far
-        if (lasts := _period(time) * float(np.count_nonzero(torn))) > _LONG:
-            raise SimulationError(
-                f"{run.attrs['unit']}: chamber {place.upper()} falls to {pressure.min() / 1e5:.1f} bar absolute, first "
-                f"at {time[int(np.argmax(torn))]:.2f} s, and is far below zero for {lasts:.1f} s of {time[-1]:.1f} s: "
-                "oil tears there, and the rod goes otherwise than could be simulated; a reservoir with more gas or "
-                "less precharge, more pressure in the tank or an anti-cavitation valve keeps it filled"
-            )
+    for side, pressure in _pressures(run).items():
+        below = pressure < limit
+        if (lasts := _period(time) * float(np.count_nonzero(below))) > _LONG:
+            said = f"chamber {side} falls to {pressure.min() / 1e5:.1f} bar absolute"
+            yield _Fall(said, float(time[int(np.argmax(below))]), lasts)
+
+
+def _pressures(run: Recorded) -> dict[str, NDArray[np.float64]]:
+    """Of the chambers that a run has, by their letters [Pa]."""
+    return {side.upper(): run[name].values for side in "ab" if (name := f"pressure_{side}") in run.signals}
 
 
 def _period(time: NDArray[np.float64]) -> float:

@@ -15,8 +15,6 @@ Advance = Callable[[float], object]
 
 _MOST, _TIMES = 1 << 30, 200  # bytes unpacked, times packed ones; logs are packed to a tenth, zeros to a thousandth
 _GZIP = 31  # zlib's window size for a gzip header and trailer
-
-
 _HELD, _HELD_TIMES = 64 << 20, 50  # bytes unpacked that are held at once, times packed ones; doubles pack to a quarter
 
 

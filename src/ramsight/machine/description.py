@@ -231,9 +231,6 @@ def _on_one_line(text: str) -> str:
     return text
 
 
-Heading = Annotated[str, AfterValidator(_on_one_line)]
-
-
 class Machine(Part):
     """Machine description: its name, its hydraulic units and the mechanism that they move."""
 
@@ -241,7 +238,7 @@ class Machine(Part):
     name: Annotated[
         str, Field(description="short name, used in file names", min_length=1), AfterValidator(_on_one_line)
     ]
-    title: Annotated[Heading, Field(description="name for headings")] = ""
+    title: Annotated[str, Field(description="name for headings"), AfterValidator(_on_one_line)] = ""
     description: Annotated[str, Field(description="a sentence about the machine")] = ""
     units: Annotated[dict[str, AnyUnit], Field(description="hydraulic units by name")]
     linkage: Annotated[

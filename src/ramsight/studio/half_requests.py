@@ -6,12 +6,13 @@ import asyncio
 from typing import Any
 
 from ramsight.optional import needing
+from ramsight.studio.guard import BODY_WITHIN
 
 with needing("studio"):
     from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
-PATIENCE = 10.0
-"""For which a request may be half there [s]; a browser sends its head at once."""
+PATIENCE = BODY_WITHIN
+"""For which the head of a request may be half there [s], as its body; a browser sends it at once."""
 
 _Protocol: Any = AutoHTTPProtocol
 

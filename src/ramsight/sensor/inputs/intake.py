@@ -206,9 +206,9 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
     tick, stands = _ticks(state, raw, clock)
     passed = ca.fmax(tick, 0.0)
     # A sample that follows the last one too closely adds nothing.
-    too_close = all_of(all_of(clock.counted, clock.raw < SHORTEST_PERIOD), negated(raw.referenced))
+    too_close = all_of(clock.counted, clock.raw < SHORTEST_PERIOD, negated(raw.referenced))
     passed_over = any_of(negated(usable), too_close)
-    timed = all_of(all_of(clock.number, state.clocked), negated(clock.back))
+    timed = all_of(clock.number, state.clocked, negated(clock.back))
     rate, odd, unknown_for = check_rate(state.rate, tick, there=timed, counts=negated(passed_over), speed=reported)
     torque_state, torque_ok, stuck = _torque(state, raw, reported, model)
     temperature_state, temperature, temperature_ok = _temperature(state.temperature, raw, elapsed)

@@ -69,17 +69,16 @@ def check_rate(
     share = ca.fmax(apart / late, -apart / early)
     odd = all_of(known, any_of(share > 1.0, all_of(state.odd, share > HALF_ALARM)))
     unknown_for = ca.fmax(ca.fabs(apart) - ca.if_else(state.odd, ca.if_else(apart < 0.0, early, late), 0.0), 0.0)
-    used = all_of(odd, counts)
     learns = all_of(near, ca.fabs(speed) > MOTOR_TURNS)
-    apart_by = ca.if_else(state.learnt > 0.0, tick - state.last, 0.0)
+    differs = ca.if_else(state.learnt > 0.0, tick - state.last, 0.0)
     more = ca.fmin(state.learnt + 1.0, RATE_LEARNT_MOST)
     fewer = ca.if_else(state.learnt > RATE_LEARNT, state.learnt - 1.0, 0.0)
     after = RateState(
         period=state.period + ca.if_else(all_of(learns, negated(odd)), (tick - state.period) / more, 0.0),
         last=ca.if_else(learns, tick, state.last),
-        variance=state.variance + ca.if_else(learns, (0.5 * apart_by**2 - state.variance) / more, 0.0),
+        variance=state.variance + ca.if_else(learns, (0.5 * differs**2 - state.variance) / more, 0.0),
         learnt=ca.if_else(learns, ca.if_else(odd, fewer, more), state.learnt),
-        apart=ca.if_else(used, ca.fmax(ca.fmin(apart, late), -early), apart),
+        apart=ca.if_else(all_of(odd, counts), ca.fmax(ca.fmin(apart, late), -early), apart),
         odd=odd,
     )
     return after, odd, ca.if_else(odd, unknown_for, 0.0)
