@@ -138,10 +138,11 @@ def main() -> None:
         mutant.text(ROOT)
     rows = list(tried(chosen))
     if asked.only and asked.out is not None and asked.out.exists():
-        known = {(row["place"], row["old"]) for row in rows}
-        before = json.loads(asked.out.read_text(encoding="utf-8"))["mutants"]
-        places = {(mutant.place, mutant.old) for mutant in mutants()}
-        rows += [row for row in before if (row["place"], row["old"]) in places - known]
+        # By file and text: the lines of what was not tried may have moved.
+        again = {(mutant.file, mutant.old): mutant.place for mutant in mutants() if mutant not in chosen}
+        for row in json.loads(asked.out.read_text(encoding="utf-8"))["mutants"]:
+            place = again.get((row["place"].split(":")[0], row["old"]))
+            rows += [row | {"place": place}] if place else []
         rows.sort(key=lambda row: [mutant.place for mutant in mutants()].index(row["place"]))
     survivors = [row for row in rows if row["outcome"] == "survived"]
     print(f"{len(rows) - len(survivors)} killed, {len(survivors)} survived")
