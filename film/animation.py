@@ -24,8 +24,6 @@ from ramsight.drawing.mechanism.side_view import COLOURS, draw_ground, draw_rock
 from ramsight.optional import needing
 from ramsight.output import atomic_path, write_text
 from ramsight.plant.linked import LinkedMachine
-from ramsight.signals import Signals
-from ramsight.tracking.pieces import as_said
 
 if TYPE_CHECKING:
     import xarray
@@ -96,9 +94,7 @@ def _unit(
     nothing = np.full(len(times), np.nan)
     found |= {"estimate": nothing, "std": nothing, "status": np.zeros(len(times), dtype=int)}
     if name in tracks:
-        track = as_said(
-            Signals.of(tracks[name])
-        ).dataset()  # before it is referenced a sensor has no position, and no ghost stands there
+        track = tracks[name]
         at = np.clip(np.searchsorted(track["time"].values, times + 1e-9, side="right") - 1, 0, None)
         found |= {"estimate": track["position"].values[at], "std": track["position_std"].values[at]}
         found["status"] = track["status"].values[at].astype(int)

@@ -1,5 +1,6 @@
 """When the encoder saves what its sensor knows."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
@@ -44,3 +45,17 @@ def test_a_position_that_becomes_less_certain_at_rest_is_saved_again(monkeypatch
     assert not saving.rests(REST_TIME + 1.0)
     saving.watch(REST_TIME + 60.0, 0.0, said(1e-3 + grown))
     assert saving.rests(REST_TIME + 60.0) == again
+
+
+def test_a_position_that_becomes_known_at_rest_is_saved(monkeypatch):
+    monkeypatch.setattr(saving_module, "impossible", lambda *_: "")
+    saving = Saving(SimpleNamespace(state={"position": 0.2}), File())
+    unknown = SimpleNamespace(position=math.nan, position_std=math.nan, velocity=0.0)
+    saving.watch(0.0, 100.0, unknown)
+    saving.watch(REST_TIME, 0.0, unknown)
+    assert saving.rests(REST_TIME)
+    saving.save(REST_TIME)
+    saving.watch(REST_TIME + 1.0, 0.0, unknown)
+    assert not saving.rests(REST_TIME + 1.0)
+    saving.watch(REST_TIME + 2.0, 0.0, said(1e-3))
+    assert saving.rests(REST_TIME + 2.0)

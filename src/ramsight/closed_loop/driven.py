@@ -16,7 +16,7 @@ import numpy as np
 from ramsight.closed_loop.learned import learned_factors
 from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
 from ramsight.closed_loop.planning import Knowledge, Visit, due
-from ramsight.closed_loop.referencing import ASKS, Referencing, felt
+from ramsight.closed_loop.referencing import ASKS, Referencing, felt, place
 from ramsight.closed_loop.thresholds import LONGEST_MOVE, LOOP_SETTLE_TIME, POSITION_SENSOR_STD
 from ramsight.control.activity import STOPS, Activity
 from ramsight.control.position import Command, PositionControl
@@ -199,7 +199,7 @@ class DrivenUnits(ABC):
             return 0.0
         limit = self._referencing.largest(control)
         work = [(target, felt(estimates)) for target in targets]
-        return due(Knowledge.of(sensor, control), control, estimates[-1].position, work, limit)
+        return due(Knowledge.of(sensor, control), control, place(estimates, control), work, limit)
 
     def take_references(self, targets: Mapping[str, float]) -> int:
         """Take the references that are due before moves to targets [m], as the setting allows; how many that were."""
@@ -258,7 +258,7 @@ class DrivenUnits(ABC):
                         control.stop(f"{name} has not arrived in {LONGEST_MOVE:g} s")
 
     def _estimated(self, name: str) -> float:
-        return self.records[name].estimate[-1].position
+        return place(self.records[name].estimate, self.controls[name])
 
     def _followed(self) -> dict[str, float]:
         """Motor speeds at the next sample, which the drives make of the newest commands [rad/s], by unit."""

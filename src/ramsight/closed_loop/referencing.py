@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -80,7 +81,7 @@ class Referencing:
         """
         if not visits:
             return None
-        load, here, known = felt(estimates), estimates[-1].position, Knowledge.of(sensor, control)
+        load, here, known = felt(estimates), place(estimates, control), Knowledge.of(sensor, control)
         left = due(known, control, here, [(target, load), (here, load)], self.largest(control))
         asks, work = estimates[-1].status in ASKS, [(target, load)]
         if not asks and left >= abs(target - here) / control.limits.speed:
@@ -89,6 +90,12 @@ class Referencing:
         if pays or not asks:
             return pays[0] if pays else None
         return min(visits, key=lambda one: expected(known, control, here, load, work, [one]).cost)
+
+
+def place(estimates: Sequence[Estimate], control: PositionControl) -> float:
+    """Where a rod is, to plan with [m]: in the middle of the stroke as long as that is unknown."""
+    position = estimates[-1].position
+    return 0.5 * control.unit.cylinder.stroke if math.isnan(position) else position
 
 
 def felt(estimates: Sequence[Estimate]) -> float:

@@ -190,7 +190,9 @@ def _judged(
     rests, presses = activity.is_any_of(Activity.RESTING), activity.is_any_of(Activity.MANUAL, Activity.HOMING)
     placeless: Condition = place == NO_PLACE if by.holding.stands else True
     homes = all_of(any_of(presses, all_of(rests, placeless)), now.reliance.homing)
-    unusable = any_of(all_of(now.reliance.none, negated(homes)), negated(abs(position) <= LARGEST_NUMBER))
+    # A sensor that knows no position says so, and gives none; before its first report there is NO_POSITION.
+    missing = all_of(negated(abs(position) <= LARGEST_NUMBER), negated(now.reliance.none))
+    unusable = any_of(all_of(now.reliance.none, negated(homes)), missing, abs(position) > LARGEST_NUMBER)
     matters = any_of(negated(rests), now.motor_speed != 0.0)
     slowing = {verdict: holds for verdict, holds in verdicts.items() if not verdict.stops or verdict is Verdict.STALLED}
     notice: Scalar = scalar(Notice.DRIVE + VERDICTS.index(Verdict.OBEYS))

@@ -7,7 +7,7 @@ from ramsight.sensor.kind import Kind
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST
 
 _MEANING = {
-    "position": "0 = retracted",
+    "position": "0 = retracted; NaN as long as it is unknown",
     "velocity": "positive extends",
     "load": "positive against lifting",
     "pressure_a": "chamber on the piston's side, absolute",
@@ -75,7 +75,7 @@ def titled_meaning(name: str) -> str:
 
     Example:
         >>> titled_meaning("position"), titled_meaning("position_std")
-        ('position: 0 = retracted', 'standard deviation of position')
+        ('position: 0 = retracted; NaN as long as it is unknown', 'standard deviation of position')
     """
     words, said = name.replace("_", " "), meaning(name)
     return said if said == words or name.endswith(("_std", "_probability")) else f"{words}: {said}"

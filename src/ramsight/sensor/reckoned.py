@@ -139,7 +139,7 @@ def _step(state: CountedState, raw: Raw, model: MachineModel) -> tuple[CountedSt
     std2 = variance + ca.if_else(begins, 0.0, learned2)
     known = any_of(state.position_known, new)
     shown = ca.if_else(new, sample.reference, position)
-    std = ca.if_else(known, ca.sqrt(std2 + (step.motion.give * step.load.std) ** 2), model.stroke)
+    std = ca.sqrt(std2 + (step.motion.give * step.load.std) ** 2)
     velocity = _velocity(state, sample, step.motion.travel)
     status = _status(sample, intake, relief, known, refused, std, probability, model)
     more: Outputs = {
@@ -161,7 +161,7 @@ def _step(state: CountedState, raw: Raw, model: MachineModel) -> tuple[CountedSt
         relief=relief,
         report=CountedReport(velocity=velocity),
     )
-    return after, Report(shown, std, velocity, step.load.value, status, more), sections, intake
+    return after, Report(shown, std, velocity, step.load.value, status, more, known), sections, intake
 
 
 def _checked_reference(sample: Sample, model: MachineModel) -> tuple[Flag, Sample]:

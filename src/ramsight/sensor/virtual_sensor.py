@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ramsight.engine.recursion import Graph, Recursion, replay
 from ramsight.engine.typed_state import Leaf, column, initial_values, leaves
 from ramsight.errors import LogError, RamsightError
-from ramsight.expression import Real, Scalar
+from ramsight.expression import Flag, Real, Scalar
 from ramsight.logs.channels import is_command
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.inputs.sample import INPUTS, REPORTED, Raw
@@ -37,6 +37,8 @@ BOUND = "position_bound"
 """Output of a sensor that bounds its error: what one sample in 100 000 exceeds without a warning [m]."""
 LOWEST, HIGHEST = "position_low", "position_high"
 """Outputs of such a sensor: the ends of its 95 % band, within the stroke [m]."""
+OF_POSITION = frozenset({"position", "position_std", LOWEST, HIGHEST, BOUND})
+"""Outputs that are no numbers as long as the position is unknown."""
 POSITION, TIME = "position", "intake.time"
 """States of every sensor: its position [m], and the time of the last sample that counted [s]."""
 IS_REFERENCED = "position_known"
@@ -60,7 +62,7 @@ class Estimate:
     """What a sensor reports after a sample.
 
     Attributes:
-        position: [m].
+        position: [m]; NaN as long as it is unknown.
         position_std: its standard deviation [m]; NaN if the sensor does not know it.
         velocity: [m/s]; NaN if unknown.
         load: [N], positive against lifting; NaN if unknown.
@@ -121,6 +123,7 @@ class Report:
         load: [N].
         status: as a number.
         more: further outputs with their units.
+        known: whether there is a position; None where there always is.
     """
 
     position: Scalar
@@ -129,9 +132,19 @@ class Report:
     load: Real
     status: Scalar
     more: Mapping[str, tuple[Scalar, str]] = field(default_factory=dict)
+    known: Flag | None = None
 
     @property
-    def checked_status(self) -> Scalar:
+    def outputs(self) -> list[Real]:
+        """In the order of `OUTPUTS`, then `more`: without a position, it and what is said of it are no numbers."""
+        usual = dict(zip(OUTPUTS, (self.position, self.std, self.velocity, self.load, self._status), strict=True))
+        found = usual | {name: value for name, (value, _) in self.more.items()}
+        if self.known is not None:
+            found |= {one: ca.if_else(self.known, found[one], math.nan) for one in OF_POSITION if one in found}
+        return list(found.values())
+
+    @property
+    def _status(self) -> Scalar:
         """Without numbers there is no position, whatever the reason; a comparison with not-a-number is false."""
         status = self.status
         for value in (self.position, self.std, self.velocity, self.load):
@@ -166,14 +179,13 @@ def close(
     names = [one.name for one in leaves(after)]
     if names != [one.name for one in states]:
         raise ValueError(f"a state is missing after the sample: {sorted({one.name for one in states} ^ set(names))}")
-    outputs = [report.position, report.std, report.velocity, report.load, report.checked_status]
     inputs = raw.inputs
     graph = Graph(
         x=column(before),
         u=ca.vertcat(*inputs),
         p=parameters.column,
         next_state=column(after),
-        output=ca.vertcat(*outputs, *(value for value, _ in report.more.values())),
+        output=ca.vertcat(*report.outputs),
     )
     recursion = Recursion(
         state=tuple(one.name for one in states),

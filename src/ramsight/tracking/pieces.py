@@ -85,7 +85,7 @@ def track_pieces(
     table = (*_TRACK, *(name for name in _INTEGRITY if name in sensor.recursion.outputs))
     with nullcontext() if out is None else open_dataset(out, variables=table, words=words) as writer:
         for piece in map(Signals.of, pieces):
-            tracked = said_of(as_said(sensor.followed(piece)))
+            tracked = said_of(sensor.followed(piece))
             tally.append(tracked)
             if available is not None:
                 available.append(tracked)
@@ -99,19 +99,6 @@ def track_pieces(
     lines = [tally.text, f"  {gaps.text}" if gaps.count else "", "" if available is None else available.text]
     summary = "\n".join(filter(None, lines))
     return Pieces(summary, track.whole(), log.whole())
-
-
-def as_said(tracked: Signals) -> Signals:
-    """A track without a position, NaN, where the sensor is not referenced: what it has there is no estimate.
-
-    Args:
-        tracked: with position, position_std [m] and status over time.
-    """
-    nowhere = tracked["status"].values == int(Status.NOT_REFERENCED)
-    if not nowhere.any():
-        return tracked
-    known = [name for name in ("position", "position_std", *_BAND, BOUND) if name in tracked]
-    return tracked.replaced({name: np.where(nowhere, np.nan, tracked[name].values) for name in known})
 
 
 class _Kept:

@@ -214,10 +214,9 @@ class Encoder:
 
     @property
     def std(self) -> float:
-        """Standard deviation of the position [m]."""
-        if self._estimate is None:
-            return math.inf
-        return math.hypot(self._estimate.position_std, self._unseen / math.sqrt(3.0)) + self._published.behind
+        """Standard deviation of the position [m]; infinite if it is unknown."""
+        std = math.nan if self._estimate is None else self._estimate.position_std
+        return math.inf if math.isnan(std) else math.hypot(std, self._unseen / math.sqrt(3.0)) + self._published.behind
 
     @property
     def bound(self) -> float:

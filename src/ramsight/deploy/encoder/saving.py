@@ -67,7 +67,8 @@ class Saving:
 
     def watch(self, now: float, motor_speed: float, estimate: Estimate) -> bool:
         """See whether the piston moves [s, rad/s]; whether a motion begins."""
-        self._position, self._std = estimate.position, estimate.position_std
+        is_known = math.isfinite(estimate.position)
+        self._position, self._std = estimate.position if is_known else math.inf, estimate.position_std
         begins = False
         if not abs(motor_speed) < MOTOR_TURNS or not abs(estimate.velocity) <= CREEP_VELOCITY:
             begins, self.moving = not self.moving, True

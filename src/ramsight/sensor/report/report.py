@@ -97,7 +97,7 @@ def report(
         "mode": (contact.mode, "1"),
     }
     after = ReportState(position=shown, velocity=velocity, unseen=unseen_state, plausibility=plausibility)
-    return after, Report(shown, std + astray, velocity, step.load.value, status, more)
+    return after, Report(shown, std + astray, velocity, step.load.value, status, more, outcome.known)
 
 
 def position_bound(bank: Bank, others: Scalar, unseen: UnseenLoad) -> Scalar:
