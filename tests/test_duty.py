@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+import ramsight
 from ramsight import casadi_model, machine
 from ramsight.duty import Duty, Profile, lift_lower, simulate
 from ramsight.duty.lagging import lagging
@@ -214,3 +215,15 @@ def test_a_lag_is_that_of_its_recursion(lag, count):
         at = (1.0 - kept) * one + kept * at
         expected.append(at)
     np.testing.assert_allclose(lagging(time, value, lag), expected, rtol=1e-12)
+
+
+def test_a_load_goes_by_its_name_in_the_description():
+    high = ramsight.lift_lower("mining-loader", "high", unit="boom")
+    assert float(high.load(1.0)) == 441e3
+    both = ramsight.duty_for("mining-loader", "work-day", unit="boom", load=["light", "258 kN"], duration="1 min")
+    loads = [float(both.load(t)) for t in range(60)]
+    assert 129e3 - 1e-6 <= min(loads) <= max(loads) <= 258e3 + 1e-6
+    with pytest.raises(DescriptionError, match=r"load = 'oak': is no force.*'441 kN', light, medium, high"):
+        ramsight.lift_lower("mining-loader", "oak", unit="boom")
+    with pytest.raises(DescriptionError, match=r"is no force"):
+        ramsight.lift_lower(ramsight.build("mining-loader", "boom"), "high")  # what is built has no names

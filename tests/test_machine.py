@@ -177,6 +177,11 @@ def test_a_mistake_is_one_line_with_file_key_value_and_range(text, old, new, sta
 def test_the_line_of_a_slip_in_the_syntax_is_named():
     assert refusal('format = 1\nname = "x"\nbore = = 3\n').startswith("a.toml, line 3: is not TOML")
     assert refusal('format = 1\nname = "x').startswith("a.toml, line 2: is not TOML")
+    assert "the machine comes first" not in refusal("bore = = 3\n")
+    with pytest.raises(
+        DescriptionError, match=r"log\.csv, line 1: is not TOML: .*; the machine comes first, then a log"
+    ):
+        catalogue.parse_toml("time_s,motor_speed_rpm\n0.0,1\n", "log.csv")
 
 
 def test_a_machine_needs_a_unit():

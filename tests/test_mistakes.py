@@ -260,6 +260,18 @@ def test_a_good_day_has_no_mistake_and_its_track_is_as_the_sensor_says(days):
     assert (track["status"].values == Status.OK).any()
 
 
+def test_a_track_without_a_position_is_an_error_where_it_is_strict(tmp_path):
+    rows = "".join(f"{0.02 * k:.2f},0,0.5,40\n" for k in range(100))
+    (tmp_path / "rest.csv").write_text(f"time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n{rows}")
+    words = ["track", "mining-loader", "rest.csv", "--unit", "boom", "--out", "track.csv"]
+    for strict, code in (([], 0), (["--strict"], 1)):
+        done = command(*words, *strict, cwd=tmp_path)
+        assert done.returncode == code, done.stderr
+        assert ("error: no sample has a position" in done.stderr) == bool(strict)
+        assert (tmp_path / "track.csv").read_text().splitlines()[-1].startswith("1.980000,,,not referenced,,,,0")
+        assert command(*words, *strict, "--start", "100 mm", cwd=tmp_path).returncode == 0
+
+
 def test_strict_is_for_every_verb_that_reads_a_log_and_has_no_verdict_of_its_own(tmp_path):
     (tmp_path / "cut.csv").write_text("time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0.0,1,2,40\n0.02,1,2")
     for words in (["logs", "inspect", "cut.csv"], ["logs", "inspect", "cut.csv", "--strict"]):

@@ -82,6 +82,7 @@ REFUSED = [
     ("3 bar", "m", "'bar' does not fit; expected a length such as '127 mm'"),
     ("3 bar", "1", "expected a plain number"),
     ("1,5 mm", "m", "the decimal mark is a point"),
+    ("2.500,0 mm", "m", "the decimal mark is a point, and nothing parts thousands"),
     ("3 foo", "m", "'foo' is not a unit"),
     ("abc", "Pa", "expected a pressure"),
     ("", "Pa", "expected a pressure"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ramsight.api.arguments import whole_argument
@@ -14,6 +14,7 @@ from ramsight.duty.lift_lower import RAMP, SPEED, START, above_lowered_end
 from ramsight.duty.loader_work import USES, loader_work
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
+from ramsight.machine import Machine, Unit, load_machine, only_unit
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
@@ -57,7 +58,8 @@ def lift_lower(
 
     Args:
         machine: the unit, or what `build` makes one of.
-        load: force against lifting [N]: ``441e3`` or ``"441 kN"``; of several the cycles are made under each in turn.
+        load: force against lifting [N]: ``441e3``, ``"441 kN"`` or a load that the description names; of
+            several the cycles are made under each in turn.
         oil_temperature: [K], or ``"40 degC"``.
         unit: name of the unit, if the machine has several.
         speed: of the motor [rad/s], or ``"1500 rpm"``.
@@ -82,7 +84,7 @@ def lift_lower(
     reader = _Reader(build(machine, unit))
     return cycles_of(
         reader.unit,
-        reader.loads(load),
+        reader.loads(with_names(load, named_loads(machine, unit))),
         reader.temperature(oil_temperature),
         motor_speed=reader.speed(speed),
         ramp=reader.read(ramp, "s", "ramp", "1 ms", "100 s"),
@@ -170,13 +172,46 @@ def duty_for(
     number = 0 if seed is None else reader.count(seed, "seed", 0, 2**63)
     if str(kind) in USES:
         return loader_work(built, str(kind), kelvin, duration=lasts, start_position=begin, seed=number)
-    loads = usual_loads(built) if load is None else reader.loads(load)
+    loads = usual_loads(built) if load is None else reader.loads(with_names(load, named_loads(machine, unit)))
     if kind == "work-day":
         range_ = (min(loads), max(loads))
         return work_day(built, range_, kelvin, duration=lasts, start_position=begin, seed=number)
     made = leak_test_duty if kind == "leak-test" else commissioning
     turning = None if speed is None else reader.speed(speed)
     return made(built, loads, kelvin, motor_speed=turning, start_position=begin)
+
+
+def named_loads(machine: AnyUnit, unit: str | None = None) -> Mapping[str, float]:
+    """The loads that a unit's description names [N]; none of a unit that is built.
+
+    Example:
+        >>> named_loads("mining-loader", "boom")["high"]
+        441000.0
+    """
+    if isinstance(machine, str | Path | Machine):
+        described = load_machine(machine)
+        machine = described.unit(only_unit(described) if unit is None else unit)
+    return machine.load.loads if isinstance(machine, Unit) else {}
+
+
+def with_names(load: Loads, names: Mapping[str, float]) -> Sequence[Quantity]:
+    """Loads as they were given, a name replaced by its load [N].
+
+    Raises:
+        DescriptionError: a text that has no digit names no load.
+
+    Example:
+        >>> with_names(["high", "100 kN"], {"high": 441e3})
+        [441000.0, '100 kN']
+    """
+    several = [load] if isinstance(load, str) or not isinstance(load, Sequence) else load
+    for one in several:
+        if isinstance(one, str) and one not in names and not any(map(str.isdigit, one)):
+            allowed = ", ".join(("'441 kN'", *names))
+            raise DescriptionError(
+                "is no force, and no load that the description names", key="load", value=one, allowed=allowed
+            )
+    return [names.get(one, one) if isinstance(one, str) else one for one in several]
 
 
 def check_loads(unit: HydraulicUnit, loads: Sequence[Quantity]) -> None:
@@ -224,13 +259,12 @@ class _Reader:
         """A quantity within a range."""
         return argument(value, si, name, least=least, most=most)
 
-    def loads(self, load: Loads) -> tuple[float, ...]:
+    def loads(self, load: Sequence[Quantity]) -> tuple[float, ...]:
         """One load or several [N]."""
-        several = [load] if isinstance(load, str) or not isinstance(load, Sequence) else load
-        if not several:
+        if not load:
             raise DescriptionError("there is none", key="load", allowed="'441 kN'")
-        check_loads(self.unit, several)
-        return tuple(self.read(one, "N", "load", "-10000 kN", "10000 kN") for one in several)
+        check_loads(self.unit, load)
+        return tuple(self.read(one, "N", "load", "-10000 kN", "10000 kN") for one in load)
 
     def temperature(self, oil_temperature: Quantity) -> float:
         """An oil temperature that the oil's data hold for [K]."""

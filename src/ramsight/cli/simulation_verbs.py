@@ -22,8 +22,8 @@ def simulate(
     load: Annotated[
         list[str] | None,
         typer.Option(
-            help="Load against lifting, at the rods; may be repeated; lift-lower needs one [default of work-day, "
-            "leak-test and commissioning: 0.2, 0.4, 0.6 of relief]."
+            help="Load against lifting, at the rods, or the description's name of one; may be repeated; lift-lower "
+            "needs one [default of work-day, leak-test and commissioning: 0.2, 0.4, 0.6 of relief]."
         ),
     ] = None,
     duty: Annotated[
@@ -98,7 +98,7 @@ def simulate(
     Example: ramsight simulate mining-loader --unit boom --duty commissioning --leak 1.2 --log log.csv --truth truth.csv
     """
     unit = named_unit(machine, unit)
-    from ramsight.api.duties import SEEDED, duty_for
+    from ramsight.api.duties import SEEDED, duty_for, named_loads, with_names
     from ramsight.api.simulating import recorded, reported_how
     from ramsight.duty.run_summary import run_cautions, run_summary
     from ramsight.machine import load_machine
@@ -114,7 +114,7 @@ def simulate(
     work = duty_for(
         made,
         duty,
-        load=load or None,
+        load=with_names(load, named_loads(described, unit)) if load else None,
         oil_temperature=oil_temperature,
         speed=speed,
         ramp=ramp,

@@ -17,6 +17,7 @@ from ramsight.cli.common import (
     Strict,
     named_unit,
     say,
+    say_error,
     say_lines,
     say_table,
     say_written,
@@ -125,7 +126,7 @@ def track(
     position_std_m, position_low_m and position_high_m (the 95 % band), position_bound_m (an error that one sample in
     100 000 exceeds; all empty where the sensor does not know it), status and whether a reference has come; as .nc also
     velocity, load, pressures and what it learned. With a --truth and a requirement the exit code is 1 if that is
-    missed.
+    missed; with --strict also if no sample has a position.
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
@@ -178,7 +179,10 @@ def track(
         say_written(out, figure, None if done.is_contradicted else state)
         if done.mistake:
             say(f"likeliest mistake: {done.mistake}")
-        if check is not None and true is not None and not check.is_met:
+        useless = strict and not done.has_position
+        if useless:
+            say_error("no sample has a position: no end stop and no reference was met, and no --start was given")
+        if useless or (check is not None and true is not None and not check.is_met):
             raise typer.Exit(1)
 
 

@@ -34,6 +34,7 @@ class Pieces:
         log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, or all of it, if it was kept.
         mistake: what is most likely wrong with the log, in a line; empty where it fits the machine.
         is_contradicted: whether that is sure, so that the track is invalid, and no state of the sensor is kept.
+        has_position: whether any sample has a position.
     """
 
     summary: str
@@ -41,6 +42,7 @@ class Pieces:
     log: Signals | None
     mistake: str = ""
     is_contradicted: bool = False
+    has_position: bool = True
 
 
 _TRACK = ("position", "position_std", "status")
@@ -98,7 +100,7 @@ def track_pieces(
                 log.append(piece)
     lines = [tally.text, f"  {gaps.text}" if gaps.count else "", "" if available is None else available.text]
     summary = "\n".join(filter(None, lines))
-    return Pieces(summary, track.whole(), log.whole())
+    return Pieces(summary, track.whole(), log.whole(), has_position=tally.has_position)
 
 
 class _Kept:
@@ -131,7 +133,11 @@ class _Kept:
 
 
 class Tally:
-    """What is to be said of a track in the end, counted piece by piece."""
+    """What is to be said of a track in the end, counted piece by piece.
+
+    Attributes:
+        has_position: whether any sample has a position.
+    """
 
     def __init__(self) -> None:
         self._samples, self._sensor = 0, ""
@@ -139,6 +145,7 @@ class Tally:
         self._position: list[float] = []
         self._counts: dict[int, int] = {}
         self._faults = FaultNames()
+        self.has_position = False
 
     def append(self, tracked: Samples) -> None:
         """Count the samples of a piece by their status."""
@@ -146,6 +153,7 @@ class Tally:
         self._sensor, self._samples = tracked.attrs["sensor"], self._samples + len(time)
         self._passed.append(time)
         self._position = [*self._position[:1], float(position[0]), float(position[-1])]
+        self.has_position = self.has_position or bool(np.isfinite(position).any())
         for code, count in zip(*np.unique(tracked["status"].values, return_counts=True), strict=True):
             self._counts[int(code)] = self._counts.get(int(code), 0) + int(count)
         self._faults.append(tracked)

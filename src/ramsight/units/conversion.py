@@ -229,7 +229,10 @@ def parse(text: str | float, unit: str) -> float:
             _refuse_gauge(text, match[1], passed)
     found = _unit(f"delta_{passed}" if unit.startswith("delta_") else passed)
     if found is None:
-        raise DescriptionError(f"{short(repr(passed))} is not a unit; expected {name_of(unit)}", value=text)
+        what = f"{short(repr(passed))} is not a unit; expected {name_of(unit)}"
+        if passed.startswith(","):
+            what = f"expected {name_of(unit)}; the decimal mark is a point, and nothing parts thousands"
+        raise DescriptionError(what, value=text)
     if found.dimension != wanted.dimension:
         raise DescriptionError(f"{short(repr(passed or 'no unit'))} does not fit; expected {name_of(unit)}", value=text)
     number = Decimal(

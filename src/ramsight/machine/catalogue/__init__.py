@@ -255,7 +255,8 @@ def parse_toml(text: str, file: str) -> dict[str, Any]:
     try:
         return loads_toml(text)
     except TomlError as error:
-        raise DescriptionError(f"is not TOML: {error}", file=f"{file}, line {error.line}") from None
+        first = "" if file.endswith(".toml") or not Path(file).suffix else "; the machine comes first, then a log"
+        raise DescriptionError(f"is not TOML: {error}{first}", file=f"{file}, line {error.line}") from None
 
 
 def split_tolerances(data: Mapping[str, Any], file: str, path: str = "") -> tuple[dict[str, Any], dict[str, str]]:

@@ -1,0 +1,188 @@
+"""Each constant of the sensor, times and over 1.5, on recorded and simulated logs: results/constants.json.
+
+python evaluation/constants_varied.py --out results/constants.json [--only NAME ...] [--jobs 2]
+
+With --only the other constants in the file stay as they are. Each variant is a process of its own, which changes the
+constant, and what is computed from it, before a sensor is made. Every log is tracked with an unknown start and with the
+exact one. What one variant moves is compared on the machine that the others were run on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+TRACES = Path(__file__).parents[1] / "tests" / "traces"
+TABLE = "ramsight.sensor.thresholds"
+FACTOR = 1.5
+UNITS = ("boom", "bucket")
+SEED = 11
+"""Of the simulated logs."""
+FIGURES = ("p95", "coverage", "wrong_and_ok", "ok", "beyond_bound")
+_SIGNALS = {"motor_speed": "rad/s", "motor_torque": "N m", "oil_temperature": "K"}
+
+
+def table_text() -> str:
+    """Source of the table of constants."""
+    spec = importlib.util.find_spec(TABLE)
+    assert spec is not None
+    assert spec.origin is not None
+    return Path(spec.origin).read_text(encoding="utf-8")
+
+
+def names() -> list[str]:
+    """Of all constants, in the table's order."""
+    return re.findall(r"^(\w+) = Constant\(", table_text(), re.MULTILINE)
+
+
+def change(name: str, factor: float) -> None:
+    """Put a table with one changed constant in the place of the sensor's, before anything imports it."""
+    assert TABLE not in sys.modules
+    text, there = table_text(), f"\n{name} = Constant("
+    assert text.count(there) == 1, name
+    spec = importlib.util.find_spec(TABLE)
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    exec(compile(text.replace(there, f"\n{name} = {factor!r} * Constant("), TABLE, "exec"), module.__dict__)  # noqa: S102  # our own table
+    sys.modules[TABLE] = module
+
+
+def prepare(folder: Path) -> None:
+    """Write all logs with their truth: recorded days, and a day and work of a loader of each unit."""
+    from ramsight.duty import report, simulate
+    from ramsight.duty.drive_report import declared_report
+    from ramsight.duty.loader_work import loader_work
+    from ramsight.logs import read_log, read_truth
+    from ramsight.machine import load_machine
+    from ramsight.plant.as_built import AsBuilt
+    from ramsight.plant.build import build
+
+    def keep(name: str, unit: str, log: Any, position: Any) -> None:
+        columns = {one: log[one].values for one in ("time", *_SIGNALS)}
+        np.savez(folder / f"{unit}-{name}.npz", position=position, **columns)
+
+    for path in sorted(TRACES.rglob("*_truth.csv.gz")):
+        name = path.name.removesuffix("_truth.csv.gz")
+        unit = next((one for one in UNITS if one in name), None)
+        if unit is not None and ("workday" in name or path.parent != TRACES):
+            log, truth = read_log(path.with_name(f"{name}.csv.gz")), read_truth(path)
+            keep(name, unit, log, np.interp(log["time"], truth["time"], truth["position"]))
+    loader, worn = load_machine("mining-loader"), AsBuilt(leak=1.2, displacement=0.995, stiffness=0.8)
+    for unit in UNITS:
+        machine = build(loader.unit(unit), unit)
+        duty = loader_work(machine, f"loader-{unit}", 313.15, duration=600.0, seed=SEED)
+        run = simulate(worn.apply(machine), duty)
+        keep("work", unit, report(run, declared_report(machine, SEED)), run["position"].values)
+
+
+def judge_all(folder: Path, tracks: Path) -> dict[str, dict[str, float]]:
+    """Figures of every log, and how far its track is from that of the constants as they are.
+
+    Args:
+        folder: with the logs.
+        tracks: of the constants as they are; written if there are none.
+    """
+    import xarray
+    from judged_errors import judge
+
+    from ramsight.machine import load_machine
+    from ramsight.plant.build import build
+    from ramsight.sensor.kalman import kalman
+
+    loader, found, kept = load_machine("mining-loader"), {}, {}
+    before = dict(np.load(tracks)) if tracks.exists() else {}
+    units = {name: build(loader.unit(name), name) for name in UNITS}
+    sensors = {name: kalman(unit) for name, unit in units.items()}
+    for path in sorted(folder.glob("*.npz")):
+        log, unit = np.load(path), path.name.partition("-")[0]
+        columns = {name: ("time", log[name], {"units": units_of}) for name, units_of in _SIGNALS.items()}
+        data = xarray.Dataset(columns, {"time": ("time", log["time"], {"units": "s"})})
+        for how, start in (("unknown", None), ("exact", float(log["position"][0]))):
+            name, sensor = f"{path.stem}, {how} start", sensors[unit]
+            sensor.start(start)
+            track = sensor.track(data)
+            figures = judge(track, log["motor_speed"], log["position"], units[unit].cylinder.stroke, after=0)
+            found[name] = {one: getattr(figures, one) for one in FIGURES}
+            kept[name] = track["position"].values
+            kept[f"{name}: status"] = track["status"].values
+            if before:
+                found[name] |= _moved(track, before[name], before[f"{name}: status"])
+    if not before:
+        np.savez(tracks, **kept)
+    return found
+
+
+def _moved(track: Any, position: Any, status: Any) -> dict[str, float]:
+    """How far a track is from another one: largest difference [m], share of samples of another status."""
+    apart = np.abs(track["position"].values - position)
+    return {
+        "moves": float(np.nanmax(apart)) if np.isfinite(apart).any() else 0.0,
+        "otherwise": float((track["status"].values != status).mean()),
+    }
+
+
+def variant(name: str, factor: float, folder: Path) -> dict[str, Any]:
+    """Figures of one variant, made in a process of its own."""
+    command = [sys.executable, __file__, "--one", name, str(factor), str(folder)]
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "RAMSIGHT_OPTIMIZE": "no"},
+    )
+    if done.returncode:
+        return {"fails": done.stderr.strip().splitlines()[-1]}
+    return dict(json.loads(done.stdout))
+
+
+def study(chosen: list[str], jobs: int) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Each constant with what became of both variants; first, under no name, the constants as they are."""
+    with tempfile.TemporaryDirectory() as text:
+        folder = Path(text)
+        (folder / "tracks").mkdir()
+        prepare(folder)
+        yield "", variant(names()[0], 1.0, folder)
+        with ThreadPoolExecutor(jobs) as pool:
+
+            def both(name: str) -> tuple[str, dict[str, Any]]:
+                return name, {"times": variant(name, FACTOR, folder), "over": variant(name, 1.0 / FACTOR, folder)}
+
+            yield from pool.map(both, chosen)
+
+
+def main() -> None:
+    """Run the study, or one variant of it."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, help="results, JSON")
+    parser.add_argument("--only", nargs="*", default=None, help="these constants")
+    parser.add_argument("--jobs", type=int, default=1, help="processes at a time")
+    parser.add_argument("--one", nargs=3, help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.one:
+        name, factor, folder = asked.one[0], float(asked.one[1]), Path(asked.one[2])
+        change(name, factor)
+        print(json.dumps(judge_all(folder, folder / "tracks" / "as_they_are.npz")))
+        return
+    before = json.loads(asked.out.read_text(encoding="utf-8")) if asked.only and asked.out.exists() else {}
+    found = before
+    for name, figures in study(names() if asked.only is None else asked.only, asked.jobs):
+        found = found | {name or "as they are": figures}
+        print(name, flush=True)
+        asked.out.write_text(json.dumps(found, indent=1), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
