@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, overload
 
 import casadi as ca
@@ -40,6 +41,46 @@ def held_by_valve(unit: HydraulicUnit) -> bool:
     joined = reach(unit.parts(), chamber, "joins")
     touching = [part for part in unit.parts() if joined & {str(value) for value in vars(part).values()}]
     return unit.cylinder.seal_leak is None and all(isinstance(part, _TIGHT) for part in touching)
+
+
+@dataclass(frozen=True)
+class TrappedOil:
+    """The oil on the load's side of the piston, hoses among it, up to what is shut at rest; linear over the position.
+
+    Attributes:
+        volume: with the piston at 0, and at the end of its stroke [m3].
+        capacity: the same, volume per pressure [m3/Pa].
+    """
+
+    volume: tuple[float, float]
+    capacity: tuple[float, float]
+
+    @classmethod
+    def of(cls, unit: HydraulicUnit, pressure: float) -> TrappedOil:
+        """That of a unit, its capacity at an absolute pressure [Pa].
+
+        Example:
+            >>> from ramsight import machine
+            >>> from ramsight.plant.build import build
+            >>> bucket = build(machine.load_machine("mining-loader").unit("bucket"), "bucket")
+            >>> oil = TrappedOil.of(bucket, 100e5)  # 2 l of it in the hose
+            >>> f"{1e3 * oil.volume[1]:.1f} l, {1e6 * oil.capacity[1] / bucket.cylinder.area_b**2:.3f} mm/kN"
+            '2.5 l, 0.045 mm/kN'
+        """
+        model = circuit(unit)
+        ode, chamber = model.ode, unit.cylinder.node_a if unit.held == "a" else unit.cylinder.node_b
+        nodes = sorted(reach(unit.parts(), chamber, "joins") & set(model.nodes))
+        outputs = {output.name: output.expression for output in ode.outputs}
+        sums = [sum(outputs[f"{what}_{node}"] for node in nodes) for what in ("volume", "capacity")]
+        function = ca.Function("trapped", [ode.x, ode.u, ode.slope, ode.p], [ca.vertcat(*sums)])
+        found = []
+        for position in (0.0, unit.cylinder.stroke):
+            state = initial_state(unit, model, float(position), 0.0)
+            for node in nodes:
+                state[ode.state_index(f"pressure_{node}")] = pressure
+            found.append(np.asarray(function(state, 0.0, 0.0, model.values)).ravel())
+        (low_volume, low), (high_volume, high) = found
+        return cls((float(low_volume), float(high_volume)), (float(low), float(high)))
 
 
 class Leaving:

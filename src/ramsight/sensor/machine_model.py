@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 
 import casadi as ca
 
-from ramsight.expression import Real, Scalar
+from ramsight.expression import Real, Scalar, within
 from ramsight.plant.balance import Balance
 from ramsight.plant.balance import balance as balance_of
+from ramsight.plant.holding import TrappedOil
 from ramsight.plant.limits import Limits, limits_of
 from ramsight.plant.oil import T40, Oil
 from ramsight.plant.symbols import Parameters
@@ -41,6 +42,8 @@ class MachineModel:
         max_speed: of the motor [rad/s].
         leak_velocity: of the piston by leakage at relief pressure and 40 degC [m/s].
         mass: that the piston moves [kg].
+        trapped: volume [m3] and capacity [m3/Pa] of the oil that is shut in with the load at rest, each with the piston
+            at 0 and at the end of its stroke.
         kinds: of the hypotheses that the sensor weighs, in the order of `Kind`, the first and the last among them.
     """
 
@@ -60,6 +63,7 @@ class MachineModel:
     max_speed: Scalar
     leak_velocity: Scalar
     mass: Scalar
+    trapped: tuple[tuple[Scalar, Scalar], tuple[Scalar, Scalar]]
     kinds: tuple[Kind, ...] = KINDS
 
     @classmethod
@@ -75,6 +79,7 @@ class MachineModel:
         """
         circuit, limits, table = balance or balance_of(unit), limits_of(unit), Parameters()
         add = table.add
+        oil = TrappedOil.of(unit, 0.5 * limits.pressure)
         return cls(
             unit=unit,
             assumed=assumed or unit.assumptions,
@@ -95,6 +100,10 @@ class MachineModel:
             max_speed=add("max_speed", limits.max_speed),
             leak_velocity=add("leak_velocity", limits.leak_velocity),
             mass=add("mass", circuit.mass),
+            trapped=(
+                (add("trapped.volume_0", oil.volume[0]), add("trapped.volume_1", oil.volume[1])),
+                (add("trapped.capacity_0", oil.capacity[0]), add("trapped.capacity_1", oil.capacity[1])),
+            ),
         )
 
     @property
@@ -121,6 +130,12 @@ class MachineModel:
     def oil(self) -> Oil:
         """The oil, with parameters for numbers."""
         return self.balance.oil_of(self.of_circuit)
+
+    def trapped_oil(self, position: Scalar) -> tuple[Scalar, Scalar]:
+        """Volume [m3] and capacity [m3/Pa] of the oil that is shut in with the load, by the position [m]."""
+        share = within(position / self.stroke, 0.0, 1.0)
+        volume, capacity = (low + share * (high - low) for low, high in self.trapped)
+        return volume, capacity
 
     def viscosity(self, temperature: Real) -> Scalar:
         """Of the oil [m2/s] at a temperature [K]."""

@@ -421,16 +421,12 @@ def _give(
 
 
 def _give_alone(give: Scalar, position: Scalar, model: MachineModel) -> Scalar:
-    """Travel per load where the chamber that carries it is the only one with oil under pressure [m/N].
+    """Travel per load where the oil that is shut in with it is the only one under pressure [m/N].
 
-    V / (A^2 E) of that chamber, with its volume V and the oil's bulk modulus E; two filled chambers give less.
+    C / A^2, with its capacity C, hoses among it, and the piston's area A; two filled chambers give less.
     """
-    cylinder, held = model.unit.cylinder, model.unit.held
-    way = position if held == "a" else model.stroke - position
-    area = float(cylinder.area(held))
-    volume = float(cylinder.dead_volume(held)) + area * within(way, 0.0, model.stroke)
-    stiff = area**2 * model.oil.bulk_modulus_at(0.5 * model.limits.pressure)
-    return ca.fmax(give, volume / stiff)
+    _, capacity = model.trapped_oil(position)
+    return ca.fmax(give, capacity / float(model.unit.cylinder.area(model.unit.held)) ** 2)
 
 
 def _heat(z: Vector, problem: StepProblem, model: MachineModel) -> Scalar | None:

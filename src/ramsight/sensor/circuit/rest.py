@@ -73,9 +73,8 @@ def creep(sample: Sample, position: Scalar, load: Scalar, warming: Scalar, model
     pressure = model.limits.pressure * ca.fmin(ca.fabs(load), 1.0)
     viscosity = model.viscosity(sample.oil_temperature)
     leaks = machine.closed_leakage * CLOSED_POINT * pressure / viscosity / area * sample.elapsed
-    height = position if unit.held == "a" else unit.cylinder.stroke - position
-    dead = float(unit.cylinder.dead_volume(unit.held)) / area
-    per_kelvin = trapped_expansion(sample.oil_temperature, MINERAL_EXPANSION) * (ca.fmax(height, 0.0) + dead)
+    volume, _ = model.trapped_oil(position)
+    per_kelvin = trapped_expansion(sample.oil_temperature, MINERAL_EXPANSION) * volume / area
     share = machine.expansion if unit.oil.expansion is not None else math.hypot(1.0, machine.expansion)
     grown: Scalar = leaks + share * per_kelvin * ca.fabs(warming) * sample.elapsed
     return grown
