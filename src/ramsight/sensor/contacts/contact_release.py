@@ -6,7 +6,8 @@ and neither compliance nor noise explains that; at the latest when several times
 compliance gives back. Meanwhile the torque shows the compliance.
 
 When the motor goes on pushing, the piston is released where the torque stays behind that of a closed volume, and
-neither its compliance nor a relief valve that opens early explains that. Then it may not have been held since the
+neither its compliance nor a relief valve that opens early explains that. However soft a closed volume is, it has the
+pressure of the relief valve once it has got as much more oil as it is softer. Then it may not have been held since the
 torque stays behind: it may have moved as far as the pump delivered, less what leaked before, and no farther than the
 oil gives way by what the torque stays behind. Its oil was compressed no more than the torque shows, and what it gave
 way by then is travel (`load_release`).
@@ -72,6 +73,7 @@ class ReleaseState:
         back_least: least torque since [N m].
         leakage: velocity by leakage, before the piston stood [m/s].
         pushed_in_vain: way by what the pump has delivered since the torque stays behind [m].
+        delivered: way by what it has delivered at least since the motor pushes [m].
         rest: the piston held at rest.
     """
 
@@ -84,6 +86,7 @@ class ReleaseState:
     back_least: Scalar = leaf("N m")
     leakage: Scalar = leaf("m/s")
     pushed_in_vain: Scalar = leaf("m")
+    delivered: Scalar = leaf("m")
     rest: RestState = field(default_factory=RestState)
 
 
@@ -189,10 +192,12 @@ def look_for_release(
     built = step.torque.expected - state.pushing_began
     sense = direction * sample.way  # sign of the torque that pushes
     missing, rise = -step.torque.innovation * sense, built * sense
-    compliance = piston.compliance_std
+    compliance, delivered = piston.compliance_std, ca.if_else(pushing, _delivered(state, sample, model), 0.0)
+    # What was delivered beyond that filled a softer volume as well.
+    beyond = ca.fmax(delivered * model.travel_per_radian / step.motion.give - ca.fabs(built), 0.0)
     explained = (
         SURE_STDS * step.torque.noise
-        + USUAL_STDS * compliance * ca.fabs(built)
+        + ca.fmax(USUAL_STDS * compliance * ca.fabs(built) - beyond, 0.0)
         + piston.relief_tolerance * ca.fabs(step.torque.expected)
     )
     yields = all_of(pushing, missing > explained)
@@ -223,6 +228,7 @@ def look_for_release(
         back_least=drawn.least,
         leakage=leakage,
         pushed_in_vain=ca.if_else(behind, pushed, 0.0),
+        delivered=delivered,
         rest=rest.state,
     )
     grip = Grip(
@@ -270,6 +276,13 @@ def _moved_in_vain(
     leakage = ca.if_else(keeps, state.leakage, state.leakage + share * (newest - state.leakage))
     pushed = state.pushed_in_vain + pumped - state.leakage * sample.elapsed
     return leakage, pushed
+
+
+def _delivered(state: ReleaseState, sample: Sample, model: MachineModel) -> Scalar:
+    """Way by what the pump has delivered since the motor pushes, less what may leak at relief pressure [m]."""
+    most = (1.0 + SURE_STDS * model.assumed.machine.leak) * model.thinner(sample.pump_temperature)
+    pumped = ca.fabs(sample.extending_angle) * model.travel_per_radian
+    return ca.fmax(state.delivered + pumped - most * model.leak_velocity * sample.elapsed, 0.0)
 
 
 def way_gone(pushed: Scalar, behind: Scalar, step: LoadStep, model: MachineModel) -> Scalar:
