@@ -107,8 +107,12 @@ class Machine:
     torque_std: float = 0.5
     stop_stiffness: float = 1e8
     passive: bool = False
+    leak_velocity: float = 0.0
     assumed: object = field(default_factory=Assumptions)
     balance: object = field(default_factory=lambda: balance_of(UNITS["mining-loader boom"]))
+
+    def thinner(self, temperature):
+        return 1.0
 
     def of_circuit(self, name):
         return {"cylinder.coulomb_friction": 500.0}[name]

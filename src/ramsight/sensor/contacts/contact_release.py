@@ -193,14 +193,11 @@ def look_for_release(
     sense = direction * sample.way  # sign of the torque that pushes
     missing, rise = -step.torque.innovation * sense, built * sense
     compliance, delivered = piston.compliance_std, ca.if_else(pushing, _delivered(state, sample, model), 0.0)
-    # What was delivered beyond that filled a softer volume as well.
-    beyond = ca.fmax(delivered * model.travel_per_radian / step.motion.give - ca.fabs(built), 0.0)
-    explained = (
-        SURE_STDS * step.torque.noise
-        + ca.fmax(USUAL_STDS * compliance * ca.fabs(built) - beyond, 0.0)
-        + piston.relief_tolerance * ca.fabs(step.torque.expected)
-    )
-    yields = all_of(pushing, missing > explained)
+    over = missing - SURE_STDS * step.torque.noise - piston.relief_tolerance * ca.fabs(step.torque.expected)
+    stiffer = over - USUAL_STDS * compliance * ca.fabs(built)
+    # What was delivered beyond what was built up has filled a softer volume as well.
+    beyond = ca.fmax(delivered - _given_way(ca.fabs(built), step, model), 0.0)
+    yields = all_of(pushing, over > 0.0, _given_way(stiffer, step, model) + beyond > 0.0)
     drawn = _drawn(state, step, back, compliance)
     behind = any_of(all_of(pushing, missing > compliance * rise), all_of(back, drawn.behind))
     most_behind = ca.if_else(pushing, missing + compliance * rise, drawn.most_behind)
