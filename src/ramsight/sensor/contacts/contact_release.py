@@ -74,6 +74,8 @@ class ReleaseState:
         leakage: velocity by leakage, before the piston stood [m/s].
         pushed_in_vain: way by what the pump has delivered since the torque stays behind [m].
         delivered: way by what it has delivered at least since the motor pushes [m].
+        filled: the same, until a relief valve might open [m].
+        built: change of the expected torque until then [N m].
         rest: the piston held at rest.
     """
 
@@ -87,6 +89,8 @@ class ReleaseState:
     leakage: Scalar = leaf("m/s")
     pushed_in_vain: Scalar = leaf("m")
     delivered: Scalar = leaf("m")
+    filled: Scalar = leaf("m")
+    built: Scalar = leaf("N m")
     rest: RestState = field(default_factory=RestState)
 
 
@@ -194,10 +198,15 @@ def look_for_release(
     missing, rise = -step.torque.innovation * sense, built * sense
     compliance, delivered = piston.compliance_std, ca.if_else(pushing, _delivered(state, sample, model), 0.0)
     over = missing - SURE_STDS * step.torque.noise - piston.relief_tolerance * ca.fabs(step.torque.expected)
-    stiffer = over - USUAL_STDS * compliance * ca.fabs(built)
-    # What was delivered beyond what was built up has filled a softer volume as well.
-    beyond = ca.fmax(delivered - _given_way(ca.fabs(built), step, model), 0.0)
-    yields = all_of(pushing, over > 0.0, _given_way(stiffer, step, model) + beyond > 0.0)
+    shut = piston.relief_tolerance <= 0.0
+    filled, built_shut = (
+        ca.if_else(pushing, ca.if_else(shut, now, before), 0.0)
+        for now, before in ((delivered, state.filled), (ca.fabs(built), state.built))
+    )
+    softer = USUAL_STDS * compliance * ca.fabs(built)
+    # A volume that is softer by as much has the rest of its pressure once it has got as much more oil.
+    full = filled * (over - softer) + delivered * built_shut - filled * ca.fabs(built) > 0.0
+    yields = all_of(pushing, over > 0.0, any_of(over > softer, full))
     drawn = _drawn(state, step, back, compliance)
     behind = any_of(all_of(pushing, missing > compliance * rise), all_of(back, drawn.behind))
     most_behind = ca.if_else(pushing, missing + compliance * rise, drawn.most_behind)
@@ -226,6 +235,8 @@ def look_for_release(
         leakage=leakage,
         pushed_in_vain=ca.if_else(behind, pushed, 0.0),
         delivered=delivered,
+        filled=filled,
+        built=built_shut,
         rest=rest.state,
     )
     grip = Grip(
