@@ -725,7 +725,7 @@ def test_a_piston_that_pushes_is_let_go_by_what_is_known_of_the_compliance(gripp
 
 
 def test_however_soft_it_is_a_closed_volume_has_its_pressure_in_the_end(gripping):
-    """6 N m of 10 are there: what an unknown compliance explains while the volume fills, and not for long thereafter."""
+    """6 N m of 10 are there: an unknown compliance explains that while the volume fills, and not for long after."""
     behind = {"expected": 10.0, "innovation": -4.0}
     shut, may_open = (10, behind), (20, behind | {"back": 0.01})
     said = gripped(gripping, 50.0, [(1, {}), shut, may_open])
