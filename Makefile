@@ -6,6 +6,7 @@
 #   make film    a loader at work without position sensors: build/film/loader.html (FILM_ARGS: its options)
 #   make bench   speed against C, scipy and CVODES: results/bench.json and its figures; the studio in Chromium: results/studio.json; needs gcc
 #   make study   what the docs quote of studies: results/study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
+#   make constants  what each number that decides something is worth: results/constants.json; takes about an hour
 #   make fuzz    damaged files, states and slots, hostile frames, killed writers: results/fuzz.json; takes about an hour
 #   make analyse  exported C by gcc's analyzer, and by clang-tidy and cppcheck where they are installed
 #   make audit   known vulnerabilities of the pinned packages, where their database can be had
@@ -30,7 +31,7 @@ PYTEST_ARGS ?= -n 2 --dist loadfile --no-loadscope-reorder
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo paper film test test-slow lint bench study fuzz analyse audit mutants docs site package pins clean
+.PHONY: help demo paper film test test-slow lint bench study constants fuzz analyse audit mutants docs site package pins clean
 
 help:
 	@sed -n 's/^#   make/make/p' $(firstword $(MAKEFILE_LIST))
@@ -99,6 +100,10 @@ audit:
 	test -x $(AUDIT)/bin/pip-audit || $(PYTHON) -m venv $(AUDIT)
 	$(AUDIT)/bin/python -m pip install --quiet --disable-pip-version-check pip-audit || true
 	$(PYTHON) package/audit.py $(AUDIT)/bin/pip-audit $(PINS) $(DOCS_PINS)
+
+constants: $(INSTALLED)
+	$(BIN)/python evaluation/constants_varied.py --out results/constants.json --jobs 2
+	$(BIN)/python evaluation/pages.py
 
 mutants: $(INSTALLED)
 	$(BIN)/python evaluation/mutants.py --out results/mutants.json

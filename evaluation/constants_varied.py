@@ -17,12 +17,15 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from ramsight.output import write_text
+from ramsight.progress import progress
 
 TRACES = Path(__file__).parents[1] / "tests" / "traces"
 TABLE = "ramsight.sensor.thresholds"
@@ -133,6 +136,62 @@ def _moved(track: Any, position: Any, status: Any) -> dict[str, float]:
     }
 
 
+def summary(found: dict[str, Any], base: dict[str, dict[str, float]]) -> dict[str, Any]:
+    """What a variant comes to over all logs: the worst of each figure, and the log with the largest change of p95.
+
+    Args:
+        found: figures of the variant, by log.
+        base: of the constants as they are.
+    """
+    if "fails" in found:
+        return found
+    changes = {name: one["p95"] - base[name]["p95"] for name, one in found.items()}
+    known = {name: change for name, change in changes.items() if np.isfinite(change)}
+    worst = max(known, key=lambda name: known[name])
+    return {
+        "moves": max(one["moves"] for one in found.values()),
+        "otherwise": max(one["otherwise"] for one in found.values()),
+        "p95_more": known[worst],
+        "in": worst,
+        "coverage": float(np.nanmin([one["coverage"] for one in found.values()])),
+        "wrong_and_ok": max(one["wrong_and_ok"] for one in found.values()),
+        "beyond_bound": float(np.nanmax([one["beyond_bound"] for one in found.values()])),
+    }
+
+
+def moves(row: dict[str, Any]) -> bool:
+    """Whether a constant moves anything: a position, a status, or whether a sensor can be made."""
+    return any("fails" in one or one["moves"] > 0.0 or one["otherwise"] > 0.0 for one in row.values())
+
+
+def table(found: dict[str, Any]) -> list[str]:
+    """The table of the constants that move something, and the others."""
+    rows = [
+        "| constant | largest change, × | ÷ | p95 rises by, × | ÷ | band, least, × | ÷ | wrong and ok, most, × | ÷ |",
+        "|---" * 9 + "|",
+    ]
+    rows += [
+        f"| `{name}` | " + " | ".join(cell(one) for cell in _CELLS for one in (row["times"], row["over"])) + " |"
+        for name, row in found.items()
+        if moves(row)
+    ]
+    still = ", ".join(f"`{name}`" for name, row in found.items() if not moves(row))
+    return [*rows, "", f"These move nothing on these logs: {still}."]
+
+
+def _cell(key: str, factor: float, digits: int, unit: str) -> Callable[[dict[str, Any]], str]:
+    """How a figure is written."""
+    return lambda one: "no sensor" if "fails" in one else f"{factor * one[key]:.{digits}f} {unit}"
+
+
+_CELLS = (
+    _cell("moves", 1e3, 1, "mm"),
+    _cell("p95_more", 1e3, 1, "mm"),
+    _cell("coverage", 100.0, 1, "%"),
+    _cell("wrong_and_ok", 100.0, 2, "%"),
+)
+
+
 def variant(name: str, factor: float, folder: Path) -> dict[str, Any]:
     """Figures of one variant, made in a process of its own."""
     command = [sys.executable, __file__, "--one", name, str(factor), str(folder)]
@@ -149,17 +208,18 @@ def variant(name: str, factor: float, folder: Path) -> dict[str, Any]:
 
 
 def study(chosen: list[str], jobs: int) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Each constant with what became of both variants; first, under no name, the constants as they are."""
+    """Each constant with what became of both variants."""
     with tempfile.TemporaryDirectory() as text:
         folder = Path(text)
         (folder / "tracks").mkdir()
         prepare(folder)
-        yield "", variant(names()[0], 1.0, folder)
+        base = variant(names()[0], 1.0, folder)
+
+        def both(name: str) -> tuple[str, dict[str, Any]]:
+            found = {how: variant(name, by, folder) for how, by in (("times", FACTOR), ("over", 1.0 / FACTOR))}
+            return name, {how: summary(one, base) for how, one in found.items()}
+
         with ThreadPoolExecutor(jobs) as pool:
-
-            def both(name: str) -> tuple[str, dict[str, Any]]:
-                return name, {"times": variant(name, FACTOR, folder), "over": variant(name, 1.0 / FACTOR, folder)}
-
             yield from pool.map(both, chosen)
 
 
@@ -176,12 +236,14 @@ def main() -> None:
         change(name, factor)
         print(json.dumps(judge_all(folder, folder / "tracks" / "as_they_are.npz")))
         return
-    before = json.loads(asked.out.read_text(encoding="utf-8")) if asked.only and asked.out.exists() else {}
-    found = before
-    for name, figures in study(names() if asked.only is None else asked.only, asked.jobs):
-        found = found | {name or "as they are": figures}
-        print(name, flush=True)
-        asked.out.write_text(json.dumps(found, indent=1), encoding="utf-8")
+    found = json.loads(asked.out.read_text(encoding="utf-8")) if asked.only and asked.out.exists() else {}
+    chosen = asked.only or names()
+    with progress(len(chosen), "constants varied") as bar:
+        for name, figures in study(chosen, asked.jobs):
+            found[name] = figures
+            ordered = {one: found[one] for one in names() if one in found}
+            write_text(json.dumps(ordered, indent=1) + "\n", asked.out)
+            bar.advance(1)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from typing import Any
 import after_faults
 import bounds
 import commissioned
+import constants_varied
 import drive_control
 import effects
 import fmeda
@@ -244,6 +245,8 @@ def all_tables(found: dict[str, Any]) -> dict[str, list[str]]:
     tables |= {"redundancy": signal_sets.table(), "detectors": detector_table().splitlines()}
     tables["shared"] = shared_table().splitlines()
     tables |= {name: constant_table(table).splitlines() for name, table in THRESHOLDS.items()}
+    varied = json.loads((ROOT / "results" / "constants.json").read_text(encoding="utf-8"))
+    tables["constants"] = constants_varied.table(varied)
     tables["second_channel"] = second_channel.table(found["second_channel"])
     tables |= {name: table(found["loader_control"]) for name, table in LOADER_TABLES.items()}
     return tables | {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()}
