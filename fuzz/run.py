@@ -25,6 +25,7 @@ MODULES = [
     "twins",
     "exported",
     "fmu_calls",
+    "fmu_pointers",
     "encoder",
     "second_node",
     "stale",
