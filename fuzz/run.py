@@ -18,6 +18,7 @@ MODULES = [
     "logs",
     "programs",
     "odd_inputs",
+    "odd_arguments",
     "maps",
     "descriptions",
     "outputs",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ramsight.argument_kinds import by_kind
 from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
 from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
@@ -19,6 +20,7 @@ from ramsight.progress import advancing
 from ramsight.units import argument
 
 
+@by_kind
 def export_c(
     machine: AnyMachine,
     unit: str | None = None,
@@ -81,6 +83,7 @@ def export_c(
         )  # fmt: skip
 
 
+@by_kind
 def export_fmu(
     machine: AnyMachine,
     unit: str | None = None,
@@ -137,6 +140,7 @@ def export_fmu(
     )  # fmt: skip
 
 
+@by_kind
 def export_ssp(
     machine: AnyMachine,
     unit: str | None = None,
@@ -187,6 +191,7 @@ def export_ssp(
     )
 
 
+@by_kind
 def export_parameters(machine: AnyMachine, unit: str | None = None, *, out: str | Path, what: str = "sensor") -> int:
     """Write a machine's numbers for a sensor or plant that was exported of another machine of its kind.
 
