@@ -30,6 +30,7 @@ MODULES = [
     "encoder",
     "second_node",
     "stale",
+    "drive_kinds",
     "growing",
     "long_day",
     "many_rows",
