@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from harness import CRASHED, READ, REFUSED, Rng, Section
 
-CASES = 6_000
+CASES = 3_000
 _PATIENCE = 120.0  # s; what is taken is done
 _LONGEST = 4000  # letters of a message
 _UNIT, _LOAD, _START = "boom", "441 kN", "120 mm"

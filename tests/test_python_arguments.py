@@ -6,6 +6,7 @@ import math
 import pickle
 import xml.dom.minidom
 from collections import Counter
+from decimal import Decimal
 from pathlib import Path
 
 import casadi as ca
@@ -226,3 +227,12 @@ def test_a_log_without_a_piece_is_no_log(boom):
     for nothing in ([], {}):
         with pytest.raises(ramsight.DescriptionError, match="no samples"):
             ramsight.track(boom, nothing, start="120 mm")
+
+
+def test_an_export_names_what_it_cannot_use(tmp_path):
+    for wrong in ({"compiler": "nowhere"}, {"compiler": "a\0b"}, {"fmi": Decimal("sNaN")}, {"fmi": 4}):
+        (name,) = wrong
+        for export, out in ((ramsight.export_fmu, "x.fmu"), (ramsight.export_ssp, "x.ssp")):
+            with pytest.raises(ramsight.DescriptionError, match=f"^{name} = "):
+                export("press", out=tmp_path / out, **wrong)
+    assert not list(tmp_path.iterdir())
