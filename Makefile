@@ -39,7 +39,7 @@ help:
 $(INSTALLED): pyproject.toml $(PINS)
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "ramsight needs Python 3.11 or newer")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r $(PINS)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r $(PINS)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $@
 
@@ -109,7 +109,7 @@ mutants: $(INSTALLED)
 	$(BIN)/python evaluation/mutants.py --out results/mutants.json
 
 $(DOCS_INSTALLED): $(INSTALLED) $(DOCS_PINS)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r $(DOCS_PINS)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r $(DOCS_PINS)
 	touch $@
 
 # Where a file of the project has changed every page again, so that every warning shows; else the site is as it would be.
@@ -122,13 +122,18 @@ site: $(DOCS_INSTALLED)
 	$(BIN)/python -m sphinx -q -W --keep-going -n -E -b html -d build/doctrees docs $(SITE)
 	$(BIN)/python docs/built.py $(SITE) --done
 
+# What writes the bill of materials is in an environment of its own, as what audits the pins.
+SBOM := $(VENV)/sbom
 package: $(INSTALLED)
 	rm -rf dist
 	$(BIN)/python -m hatchling build -d dist
-	$(BIN)/python package/check.py dist
+	test -x $(SBOM)/bin/cyclonedx-py || $(PYTHON) -m venv $(SBOM)
+	$(SBOM)/bin/python -m pip install --quiet --disable-pip-version-check cyclonedx-bom || true
+	$(BIN)/python package/check.py dist $(SBOM)/bin/cyclonedx-py
 
 # What pip would install now, a line each: for the package, its development tools and the backend that builds it; and what the
-# site needs beside that.
+# site needs beside that. Then the hashes of every file that an index has of them, for all platforms and Pythons; what adds
+# them is in an environment of its own, and is none of the pins.
 PIN_REPORT := $(VENV)/pins.json
 define WRITE_PINS
 import json, pathlib, re, sys
@@ -141,12 +146,19 @@ endef
 export WRITE_PINS
 RESOLVE := $(BIN)/python -m pip install --quiet --disable-pip-version-check --dry-run --ignore-installed --report $(PIN_REPORT)
 
+PINNING := $(VENV)/pinning
+HASH := $(PINNING)/bin/uv pip compile --quiet --native-tls --no-deps --generate-hashes --no-annotate --no-header
+
 pins:
 	$(PYTHON) -m venv $(VENV)
+	test -x $(PINNING)/bin/python || $(PYTHON) -m venv $(PINNING)
+	$(PINNING)/bin/python -m pip install --quiet --disable-pip-version-check uv
 	$(RESOLVE) -e ".[dev]" hatchling editables
 	$(BIN)/python -c "$$WRITE_PINS" $(PINS)
 	$(RESOLVE) --constraint $(PINS) -e ".[docs]"
 	$(BIN)/python -c "$$WRITE_PINS" $(DOCS_PINS) $(PINS)
+	$(HASH) $(PINS) --output-file $(PINS)
+	$(HASH) $(DOCS_PINS) --output-file $(DOCS_PINS)
 
 clean:
 	rm -rf $(VENV) demo build dist docs/gallery .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -45,17 +45,23 @@ class Prepared:
 
 def prepare(folder: Path) -> Prepared:
     """The work day of a boom, as its drive sends it, and a map for each thing that tells."""
+    judge = Judge(WORK_DAY)
+    maps = {name: folder / f"{name}.toml" for name in TELLING}
+    for name, path in maps.items():
+        path.write_text(map_of(name))
+    return Prepared(judge, played(judge), maps)
+
+
+def played(judge: Judge) -> list[tuple[float, int, int]]:
+    """Times [s], speeds [1/min] and torques [per mille] of what the drive reports in the judge's log."""
     from ramsight.deploy.encoder.played_drive import PlayedDrive
 
-    judge, frames = Judge(WORK_DAY), []
+    frames = []
     for at, frame in PlayedDrive(judge.log, DRIVE, _RATED, 7).frames():
         if frame.cob_id == 0x180 + DRIVE:
             speed, torque = (int.from_bytes(one, "little", signed=True) for one in (frame.data[:4], frame.data[4:6]))
             frames.append((float(at), speed, torque))
-    maps = {name: folder / f"{name}.toml" for name in TELLING}
-    for name, path in maps.items():
-        path.write_text(map_of(name))
-    return Prepared(judge, frames, maps)
+    return frames
 
 
 def map_of(telling: str) -> str:

@@ -1,14 +1,16 @@
 """The package as others get it: what is in wheel and sdist, and whether it works where nothing else is.
 
-    python package/check.py dist
+    python package/check.py dist [CYCLONEDX_PY]
 
 Looks into both files, then installs the wheel without extras into a fresh environment of each Python that is here, from
-3.11 to 3.13, counts what that brings, and runs the demonstration and some work there, in an empty folder.
+3.11 to 3.13, counts what that brings, and runs the demonstration and some work there, in an empty folder. What the
+newest environment holds is the release's bill of materials (`sbom.py`), written beside the wheel.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -19,7 +21,10 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import sbom
+
 ROOT = Path(__file__).parent.parent
+PINS = ROOT / "requirements" / "dev.txt"
 VERSIONS = ("3.11", "3.12", "3.13")
 LARGEST_WHEEL = 1_650_000  # bytes; code alone: a larger one has something in it that does not belong there
 MOST_PACKAGES = 15  # that a wheel without extras brings
@@ -52,8 +57,13 @@ SDIST_TOO = (
 )
 
 
-def main(folder: Path) -> None:
-    """Check what was built; ends with an error where something is wrong."""
+def main(folder: Path, program: str | None = None) -> None:
+    """Check what was built; ends with an error where something is wrong.
+
+    Args:
+        folder: with wheel and sdist.
+        program: that writes the bill of materials; None for none.
+    """
     (wheel,), (sdist,) = (sorted(folder.glob(pattern)) for pattern in ("*.whl", "*.tar.gz"))
     check_files(wheel, sdist)
     found = list(interpreters())
@@ -64,6 +74,8 @@ def main(folder: Path) -> None:
         print(f"Python {version}: {python}", flush=True)
         with tempfile.TemporaryDirectory() as place:
             installed(python, wheel, Path(place), optimize=version == newest)
+            if version == newest and program is not None:
+                sbom.main(program, Path(place) / "env" / "bin" / "python", wheel.with_suffix(".cdx.json"))
 
 
 def check_files(wheel: Path, sdist: Path) -> None:
@@ -148,7 +160,8 @@ def installed(python: str, wheel: Path, place: Path, *, optimize: bool) -> None:
     binaries = place / "env" / "bin"
     pip = (binaries / "python", "-m", "pip", "--disable-pip-version-check", "-q")
     begin = time.monotonic()
-    run(*pip, "install", "--constraint", ROOT / "requirements" / "dev.txt", wheel.resolve())
+    (place / "pins.txt").write_text("\n".join(re.findall(r"^[\w.-]+==[^\s;]+", PINS.read_text(), flags=re.MULTILINE)))
+    run(*pip, "install", "--constraint", place / "pins.txt", wheel.resolve())
     seconds = time.monotonic() - begin
     run(*pip, "check")
     check_core(run(*pip[:-1], "list", "--format", "freeze"), place / "env", seconds)
@@ -160,4 +173,4 @@ def installed(python: str, wheel: Path, place: Path, *, optimize: bool) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), *sys.argv[2:])

@@ -349,9 +349,9 @@ def test_a_value_of_several_lines_is_one_line_of_an_error(run):
         ({"vary": {"leak": [1.0]}, "machines": ["mining-loader", "mining-loader"]}, "varies one machine"),
         ({"sample_period": "1 h"}, "sample_period"),
         ({"vary": {"leak": 1.2}}, "vary: needs a list"),
-        ({"vary": ["leak"]}, "vary: needs a list"),
+        ({"vary": ["leak"]}, "vary = .*: is neither mapping nor None"),
         ({"vary": {3: [1.2]}}, "vary: needs a list"),
-        ({"keep": None}, "keep: are no names"),
+        ({"keep": None}, "keep: is no list"),
         ({"keep": [["power"]]}, "unknown figure to keep"),
         ({"threads": 0}, "threads = 0: is out of range"),
         ({"rtol": float("nan")}, "rtol = 'nan': is out of range"),
@@ -372,7 +372,7 @@ def test_many_runs_refuse_what_cannot_be_run(boom):
     duty = ramsight.lift_lower(boom, "129 kN")
     with pytest.raises(ramsight.DescriptionError, match="duties: there is none"):
         ramsight.simulate_many(boom, [])
-    with pytest.raises(ramsight.DescriptionError, match="duties: are no duties"):
+    with pytest.raises(ramsight.DescriptionError, match="duties: is neither Duty nor list"):
         ramsight.simulate_many(boom, None)
     with pytest.raises(ramsight.DescriptionError, match="machines: there is none"):
         ramsight.simulate_many([], [duty])

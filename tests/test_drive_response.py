@@ -13,6 +13,7 @@ from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.duty import DriveReport
 from ramsight.duty.drive_response import Delay, DriveResponse, Follower
 from ramsight.duty.live_drive import LiveDrive
+from ramsight.errors import DescriptionError
 from ramsight.plant.drive import ServoDrive
 
 from .plant_bench import UNITS
@@ -93,7 +94,7 @@ def test_a_delay_moves_what_is_straight(delay):
     ],
 )
 def test_what_cannot_be_is_refused_by_name(wrong, named):
-    with pytest.raises(ValueError, match=named):
+    with pytest.raises(DescriptionError, match=named):
         DriveResponse(**wrong)
 
 

@@ -500,6 +500,8 @@ def test_a_missing_heartbeat_of_the_drive_is_told(master):
     assert master.alarms == PE
     assert 0x8130 in master.emergencies()
     master.put(master.now, Frame(0x700 + DRIVE, b"\x05"))
+    assert master.alarms == PE, "no sample of the time without a heartbeat was used: the position is from before it"
+    master.rest(0.02)
     assert master.alarms == 0
 
 

@@ -45,6 +45,7 @@ STREET = [
 PLACE = {room: place for place, rooms in enumerate(STREET) for room in rooms}
 FREE = {
     "_version",
+    "argument_kinds",
     "bounded_toml",
     "circuit_picture",
     "constant",

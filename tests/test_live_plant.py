@@ -1,6 +1,8 @@
 """A loop of one's own: a plant that waits, its reports in a sensor's words, its oil, and its drive."""
 
 import ast
+import copy
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -164,7 +166,7 @@ def test_a_motor_turns_no_faster_than_it_can(press):
         ({"load": 130}, "load = 130: .*'130 kN'"),
         ({"oil_temperature": 500.0}, "oil_temperature"),
         ({"ambient": "200 degC"}, "ambient"),
-        ({"as_built": 1.2}, "is no AsBuilt"),
+        ({"as_built": 1.2}, "as_built = 1.2: is neither AsBuilt nor None"),
         ({"drive": 0.04}, "drive = 0.04: is no DriveResponse"),
         ({"seed": -1}, "seed = -1: is out of range"),
         ({"seed": 1.5}, "seed = 1.5: is out of range"),
@@ -198,3 +200,14 @@ def test_a_loop_of_ones_own_takes_less_than_twenty_lines():
     tree = ast.parse((Path(__file__).parent.parent / "examples" / "own_loop.py").read_text(encoding="utf-8"))
     (loop,) = [node for node in tree.body if isinstance(node, ast.While)]
     assert loop.end_lineno - loop.lineno + 1 < 20
+
+
+@pytest.mark.parametrize("made", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+@pytest.mark.parametrize("how", [{}, {"ambient": "20 degC", "drive": ramsight.DriveResponse(report_delay="20 ms")}])
+def test_a_copy_goes_on_from_where_the_plant_is_and_is_its_own(press, made, how):
+    plant = lifted(press, 5, **how)
+    other, before = made(plant), plant.now
+    assert [other.advance(SPEED) for _ in range(5)][-1].position > before.position
+    assert plant.now == before
+    assert [plant.advance(SPEED) for _ in range(5)][-1] == other.now
+    assert plant.reports == other.reports

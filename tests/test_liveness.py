@@ -1,6 +1,8 @@
 """A drive whose frames freeze, are zero or late: told within 0.2 s by what the map names; a healthy one never is."""
 
+import importlib
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -135,6 +137,29 @@ def test_a_drive_whose_reports_repeat_by_habit_is_alive(every):
 
 def test_few_reports_teach_nothing_about_repeats():
     assert stale_at(Liveness(300.0, None, 0.0, 0.08), [(100.0, 20.0), (101.0, 21.0), *[(101.0, 21.0)] * 500]) is None
+
+
+@pytest.mark.parametrize(
+    ("speeds", "stale"),
+    [
+        ([100.0, 100.0, -100.0, -101.0], True),
+        ([-100.0, -99.0, 99.0, 99.0], True),
+        ([100.0, 100.0, -100.0, 100.0], False),
+        ([100.0, 60.0, 20.0, -20.0, -20.0], False),
+        ([25.0, 25.0, -25.0, -25.0], False),
+        ([100.0, 100.0, -60.0, -60.0], False),
+    ],
+)
+def test_a_speed_whose_sign_alone_has_changed_is_none(speeds, stale):
+    """One frame may be disturbed, slow motors turn round, and another speed is for the sensor to judge."""
+    alive = Liveness(300.0, None, noise=0.0, step=0.08)
+    assert (stale_at(alive, [(speed, 20.0 + 0.1 * k) for k, speed in enumerate(speeds)]) is not None) == stale
+
+
+def test_a_motor_may_turn_round_while_nobody_listens():
+    alive = Liveness(300.0, None, noise=0.0, step=0.08)
+    sent = [(0.0, 100.0), (0.02, 100.0), (0.5, -100.0), (0.52, -100.0)]
+    assert not any(alive.take(Report(at, speed, 20.0 + speed), PERIOD) for at, speed in sent)
 
 
 @pytest.mark.parametrize(
@@ -311,3 +336,25 @@ def test_a_drive_that_turned_while_disabled_is_not_believed_before_it_is_enabled
         alive.take(Report(PERIOD * k, speed, 20.0, state=float(state)), PERIOD)
         new.append(alive.is_new())
     assert new == [True, True, False, False, True]
+
+
+def test_every_kind_of_a_drive_that_misbehaves_changes_what_is_sent(monkeypatch):
+    """`make fuzz` sends them to a whole encoder; kinds that change nothing would be counted as true."""
+    monkeypatch.syspath_prepend("fuzz")
+    kinds = importlib.import_module("drive_kinds")
+    rng, begin = np.random.default_rng(68), 8.01
+    frames = [(PERIOD * k, 1100 + k % 7, 240 + k % 11) for k in range(900)]
+    drive = kinds.Prepared(judge=None, frames=frames, channel_map=Path("drive.toml"), tells=True)
+    names = list(kinds.KINDS)
+    monkeypatch.setitem(kinds.KINDS, "healthy", lambda sent, *_: sent)
+
+    def packed(name):
+        return [(one.at, one.packed, one.cob_id) for one in kinds.sent(drive, name, begin, rng)]
+
+    healthy = packed("healthy")
+    assert len(names) == 39
+    for name in names:
+        found = packed(name)
+        assert found != healthy, name
+        assert found[:400] == healthy[:400], f"{name}: nothing is wrong before"
+    assert set(names) > kinds.LIMITS

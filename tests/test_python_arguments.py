@@ -1,7 +1,15 @@
 """Python takes SI numbers or text with a unit and refuses mistakes in one line; DataFrames are logs."""
 
+import copy
+import inspect
 import math
+import pickle
+import xml.dom.minidom
+from collections import Counter
+from decimal import Decimal
+from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pandas as pd
 import pytest
@@ -143,3 +151,88 @@ def test_any_frame_that_arrow_takes_is_a_log_with_a_map(log, tmp_path):
     read = ramsight.read_log(arrow.table(frame.rename(columns=names)), tmp_path / "map.toml")
     np.testing.assert_allclose(read["motor_torque"].values, log["motor_torque"].values)
     np.testing.assert_allclose(read["motor_speed"].values, log["motor_speed"].values, atol=1e-9)
+
+
+CHEAP = (
+    "AsBuilt", "DriveResponse", "LivePlant", "Duty", "Profile", "build", "casadi_model", "catalogue", "lift_lower",
+    "named_faults", "check_shared", "Duty.repeated", "Duty.commanded", "Profile()", "Sensor.step", "Sensor.start",
+    "Study.required", "Study.datasheet", "AsBuilt.apply",
+)  # fmt: skip
+
+
+def test_odd_arguments_are_refused_in_one_line_or_have_a_meaning(monkeypatch, tmp_path):
+    """A few of what `make fuzz` tries of every function."""
+    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "fuzz")
+    monkeypatch.chdir(tmp_path)
+    import odd_arguments
+
+    tried, odd = odd_arguments.prepare(tmp_path), odd_arguments.odd_values()
+    functions = {name for name in ramsight.__all__ if inspect.isfunction(getattr(ramsight, name))}
+    assert functions <= set(tried), "a new function is tried, too"
+    random, counts = np.random.default_rng(68), Counter()
+    for name in CHEAP:
+        for argument in tried[name].names:
+            for kind in random.choice(list(odd), size=4, replace=False):
+                found, text = odd_arguments.outcome(tried[name], argument, odd[kind])
+                assert found != "crashed", f"{name}({argument}={kind}): {text}"
+                counts[found] += 1
+    assert counts["refused"] > 5 * counts["read"]
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ramsight.DescriptionError("is out of range", key="bore", value=3, allowed="1 to 2"),
+        ramsight.UnknownNameError("unit", "bom", ["boom"]),
+        ramsight.LogError("is no log", file="x.csv", line=3),
+        ramsight.MissingColumnError(file="x.csv", missing=["time_s"], found=["t"]),
+        ramsight.MissingPackageError("ask for an extra"),
+        ramsight.OutputError("cannot be written"),
+    ],
+)
+def test_an_error_of_another_process_is_the_same(error):
+    error.others = (ramsight.OutputError("another"),)
+    other = pickle.loads(pickle.dumps(error))
+    assert type(other) is type(error)
+    assert str(other) == str(error)
+    assert {**vars(other), "others": ()} == {**vars(error), "others": ()}
+
+
+def test_the_function_of_a_plant_is_copied_and_goes_to_other_processes(boom):
+    model = ramsight.casadi_model(boom)
+    for other in (copy.copy(model), copy.deepcopy(model), pickle.loads(pickle.dumps(model))):
+        assert other.parameters == model.parameters
+        point = {"x": model.x0(load=1e5), "u": [50.0, 1e5], "slope": 0, "p": model.p0}
+        assert float(ca.norm_inf(other(**point)["dx"] - model(**point)["dx"])) == 0.0
+
+
+def test_a_title_is_escaped_in_a_drawing_and_a_formula_that_is_none_is_refused(log, boom):
+    for title in ("\x1b[2J", "a\0b", "\udc80", "<&>"):
+        assert xml.dom.minidom.parseString(ramsight.draw("press", title=title))
+    track = ramsight.track(boom, log, start="120 mm")
+    with pytest.raises(ramsight.DescriptionError, match=r"title.*formula"):
+        ramsight.plot(track, title=r"$\bad$")
+    assert ramsight.plot(track, title=r"$\Delta p$ of a \udc80")
+
+
+def test_correlations_and_sensors_of_a_study_are_refused_at_once():
+    for wrong in ({"leakage-displacement": "x"}, {"leakage-displacement": 2}, {"a": 0.5}):
+        with pytest.raises(RamsightError, match="correlations"):
+            ramsight.Study("press", correlations=wrong)
+    with pytest.raises(ramsight.UnknownNameError, match="kalman"):
+        ramsight.Study("press", sensor="kalmann")
+
+
+def test_a_log_without_a_piece_is_no_log(boom):
+    for nothing in ([], {}):
+        with pytest.raises(ramsight.DescriptionError, match="no samples"):
+            ramsight.track(boom, nothing, start="120 mm")
+
+
+def test_an_export_names_what_it_cannot_use(tmp_path):
+    for wrong in ({"compiler": "nowhere"}, {"compiler": "a\0b"}, {"fmi": Decimal("sNaN")}, {"fmi": 4}):
+        (name,) = wrong
+        for export, out in ((ramsight.export_fmu, "x.fmu"), (ramsight.export_ssp, "x.ssp")):
+            with pytest.raises(ramsight.DescriptionError, match=f"^{name} = "):
+                export("press", out=tmp_path / out, **wrong)
+    assert not list(tmp_path.iterdir())

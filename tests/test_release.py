@@ -1,5 +1,6 @@
 """A release says one version everywhere, is cited as it is, and is checked by the same script on every host."""
 
+import importlib
 import re
 import tomllib
 from datetime import date
@@ -134,3 +135,55 @@ def test_every_dependency_of_users_has_a_lowest_version(project):
     for extra, of_extra in project["project"]["optional-dependencies"].items():
         named += of_extra if extra not in TOOLS else []
     assert [one for one in named if ">=" not in one and not one.startswith("ramsight[")] == []
+
+
+@pytest.fixture
+def sbom(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "package")
+    return importlib.import_module("sbom")
+
+
+def part(name, version="1.0"):
+    return {"type": "library", "name": name, "version": version, "purl": f"pkg:pypi/{name}@{version}", "bom-ref": name}
+
+
+def bill_of(**changed):
+    bill = {
+        "bomFormat": "CycloneDX", "specVersion": "1.6", "metadata": {"component": part("ramsight")},
+        "components": [part("numpy"), part("casadi"), part("pip")],
+        "dependencies": [{"ref": "ramsight", "dependsOn": ["casadi"]}, {"ref": "casadi", "dependsOn": ["numpy"]},
+                         {"ref": "pip"}],
+    }  # fmt: skip
+    return {**bill, **changed}
+
+
+def test_the_bill_of_materials_has_what_its_readers_look_for(sbom):
+    bill = sbom.of_ramsight(bill_of(), "1.0")
+    assert list(sbom.mistakes(bill)) == []
+    assert [one["name"] for one in bill["components"]] == ["numpy", "casadi"], "pip is the environment's"
+    for changed, says in (
+        ({"specVersion": "1.0"}, "is no CycloneDX"),
+        ({"metadata": {}}, "is not ramsight's"),
+        ({"components": []}, "has no components"),
+        ({"components": [{**part("casadi"), "purl": ""}]}, "casadi has no purl"),
+        ({"dependencies": [{"ref": "ramsight", "dependsOn": ["scipy"]}]}, "depends on what is not in it: scipy"),
+        ({"dependencies": []}, "says not what ramsight needs"),
+    ):
+        assert says in "; ".join(sbom.mistakes(bill_of(**changed)))
+
+
+def test_without_its_program_there_is_no_bill(sbom, tmp_path, capsys):
+    sbom.main(str(tmp_path / "cyclonedx-py"), "python", tmp_path / "x.json")
+    assert capsys.readouterr().out.startswith("sbom: its program cannot be had here")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["dev", "docs"])
+def test_every_pin_has_hashes(name):
+    """Of more than one file where there are wheels for platforms: those of other Pythons, too."""
+    pins = re.findall(
+        r"^([\w.-]+)==(\S+)((?: \\\n    --hash=sha256:[0-9a-f]{64})+)$", text_of(f"requirements/{name}.txt"), re.M
+    )
+    assert len(pins) == len(re.findall(r"^\S", text_of(f"requirements/{name}.txt"), re.M)) > 10
+    hashes = {pin: rest.count("--hash") for pin, _, rest in pins}
+    assert all(hashes[one] > 20 for one in ("numpy", "pandas", "llvmlite") if one in hashes)

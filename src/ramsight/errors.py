@@ -6,8 +6,9 @@ Every error that a user can cause is a `RamsightError`; the command line prints 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from typing import Any
 
 _LONGEST, _MOST = 120, 40  # letters of a value, and names or mistakes of a list, that a message repeats
 MISTAKES = _MOST
@@ -67,9 +68,21 @@ class RamsightError(Exception):
 
     others: tuple[RamsightError, ...] = ()
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For other processes: an error of a worker is the same where it is waited for."""
+        return _again, (type(self), self.args, vars(self))
+
     def __str__(self) -> str:
         """What is wrong, and how much more."""
         return one_line(super().__str__()) + (f" (and {len(self.others)} more)" if self.others else "")
+
+
+def _again(kind: type[RamsightError], args: tuple[object, ...], known: Mapping[str, object]) -> RamsightError:
+    """An error as it was in another process; its text is made already."""
+    error = kind.__new__(kind)
+    error.args = args
+    vars(error).update(known)
+    return error
 
 
 class DescriptionError(RamsightError):

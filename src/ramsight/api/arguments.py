@@ -1,4 +1,4 @@
-"""What a caller passes: files, Datasets and data frames as logs, paths, whole numbers; each refused in one line."""
+"""What a caller passes: files, Datasets and data frames as logs, paths; each refused in one line."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ramsight.api.columns import in_si
+from ramsight.argument_kinds import check_path
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import AnyMap, known_map
@@ -50,19 +51,9 @@ def path_argument(path: Any, name: str) -> Path:
         DescriptionError: it is none.
     """
     if isinstance(path, str | os.PathLike):
+        check_path(path, name)
         return Path(path)
     raise DescriptionError("is no path", key=name, value=path, allowed="text, or a pathlib.Path")
-
-
-def whole_argument(value: Any, name: str, least: int, most: int) -> int:
-    """A whole number as an argument.
-
-    Raises:
-        DescriptionError: it is none, or out of range.
-    """
-    if isinstance(value, bool) or not (isinstance(value, int) and least <= value <= most):
-        raise DescriptionError("is out of range", key=name, value=value, allowed=f"{least} to {most}")
-    return value
 
 
 def checked(passed: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.Dataset:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ramsight.api.arguments import log_argument, truth_argument
+from ramsight.argument_kinds import by_kind
 from ramsight.calibration.fit_track import FittedValues, MeasuredRun, fit_track
 from ramsight.calibration.free_values import free_values
 from ramsight.calibration.identify import EVALUATIONS, Identification
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     import xarray
 
 
+@by_kind
 def leak_test(
     machine: AnyUnit,
     log: str | Path | xarray.Dataset,
@@ -75,6 +77,7 @@ def leak_test(
     return leak_test_built(built, _recorded(log, channel_map))
 
 
+@by_kind
 def identify(
     machine: AnyUnit,
     log: str | Path | xarray.Dataset,
@@ -124,6 +127,7 @@ def identify(
         return identify_built(built, recorded, known.dataset(), advance=advance)
 
 
+@by_kind
 def identify_values(
     machine: AnyMachine,
     runs: Iterable[str | Path | MeasuredRun],

@@ -15,6 +15,7 @@ from ramsight.api.arguments import log_argument, path_argument, truth_argument
 from ramsight.api.machines import description_of
 from ramsight.api.requirements import required_unit
 from ramsight.api.tracking import track
+from ramsight.argument_kinds import by_kind
 from ramsight.calibration.knowledge import MachineKnowledge, completed, of_identification, of_leak_test, of_sensor
 from ramsight.calibration.tuned import tuned as tuned_by
 from ramsight.errors import DescriptionError, SimulationError
@@ -49,6 +50,7 @@ _DAY, _VISIT_EVERY = 360.0, 45.0  # s, of the work day whose sensitivities are l
 _RATED = {"torque": "N m", "speed": "rpm", "dc_current": "A"}  # units in which 100 % is shown
 
 
+@by_kind
 def commission(
     machine: AnyUnit,
     log: str | Path | xarray.Dataset,

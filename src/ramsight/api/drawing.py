@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from ramsight.api.arguments import path_argument
+from ramsight.argument_kinds import by_kind
 from ramsight.drawing import drawn, svg
 from ramsight.drawing.notes import notes
+from ramsight.errors import one_line
 from ramsight.machine import load_machine, only_unit
 from ramsight.machine.description import Machine, Unit
 from ramsight.optional import check_extra
@@ -17,6 +19,7 @@ from ramsight.plant.build import AnyUnit, build
 FILES = (".svg", ".png", ".pdf")
 
 
+@by_kind
 def draw(machine: AnyUnit, path: str | Path | None = None, *, unit: str | None = None, title: str | None = None) -> str:
     """Draw a unit's circuit with the symbols of ISO 1219-1, laid out from its parts and nodes.
 
@@ -51,7 +54,7 @@ def draw(machine: AnyUnit, path: str | Path | None = None, *, unit: str | None =
         check_apart({"the machine": machine}, {"the drawing": file})
     described, name = _described(machine, unit)
     built = build(machine, unit)
-    sheet = drawn(built, title or name or built.name, {} if described is None else notes(described))
+    sheet = drawn(built, one_line(title or "") or name or built.name, {} if described is None else notes(described))
     text = svg.text(sheet)
     if file is not None:
         with atomic_path(file) as draft:

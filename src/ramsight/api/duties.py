@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from os.path import isfile
 from pathlib import Path
 
-from ramsight.api.arguments import whole_argument
+from ramsight.argument_kinds import by_kind, whole_argument
 from ramsight.duty import Duty
 from ramsight.duty import lift_lower as cycles_of
 from ramsight.duty.commissioning_duty import commissioning, leak_test_duty, usual_loads
@@ -18,7 +19,7 @@ from ramsight.machine import Machine, Unit, load_machine, only_unit
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.units import argument, format_si
+from ramsight.units import argument, as_float, format_si
 
 Quantity = float | str
 Loads = Quantity | Sequence[Quantity]
@@ -41,6 +42,7 @@ _OF_A_FILE = {"start"}
 _LEAST_LOAD = 0.01  # of what the relief valve carries; a number of kN is no smaller
 
 
+@by_kind
 def lift_lower(
     machine: AnyUnit,
     load: Loads,
@@ -95,6 +97,7 @@ def lift_lower(
     )
 
 
+@by_kind
 def duty_for(
     machine: AnyUnit,
     kind: str | Path = "lift-lower",
@@ -226,14 +229,14 @@ def check_loads(unit: HydraulicUnit, loads: Sequence[Quantity]) -> None:
     """
     carried = limits_of(unit).load
     for one in loads:
-        if isinstance(one, int | float) and _LEAST_LOAD * carried <= 1e3 * abs(one) <= carried:
+        if isinstance(one, int | float) and _LEAST_LOAD * carried <= 1e3 * abs(as_float(one)) <= carried:
             text = f"a plain number is in N, and that is next to nothing here: '{one:g} kN'?"
             raise DescriptionError(text, key="load", value=one, allowed="'441 kN', or 441e3")
 
 
 def _check_taken(kind: str, passed: set[str]) -> None:
     """Reject a duty that is not there, and arguments that it does not take."""
-    if kind not in _TAKES and not Path(kind).is_file():
+    if kind not in _TAKES and not isfile(kind):
         raise DescriptionError(
             "no such duty, and no such file: a table of time, speed and load",
             key="duty",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
+from ramsight.argument_kinds import by_kind, check_path, whole_argument
 from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
 from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
@@ -18,7 +20,11 @@ from ramsight.machine.description import Machine
 from ramsight.progress import advancing
 from ramsight.units import argument
 
+FMI = (2, 3)
+"""The least and the newest version of FMI."""
 
+
+@by_kind
 def export_c(
     machine: AnyMachine,
     unit: str | None = None,
@@ -77,10 +83,11 @@ def export_c(
     with advancing(STEPS, "exporting", shown=progress) as advance:
         return write_sensor(
             described, name, out, single=single, tabled=parameters, control=driving,
-            profile=profile_of(profile), measure=measure, compiler=compiler, advance=advance,
+            profile=profile_of(profile), measure=measure, compiler=_compiler(compiler), advance=advance,
         )  # fmt: skip
 
 
+@by_kind
 def export_fmu(
     machine: AnyMachine,
     unit: str | None = None,
@@ -132,11 +139,12 @@ def export_fmu(
     described, name = _unit_of(machine, unit)
     driving = _driving(what == "control", speed, force, period, drive_delay) or ControlOptions()
     return write_fmu(
-        described, name, out, what=what, fmi=fmi, tabled=parameters, control=driving,
-        platforms=platforms_of(platforms), compiler=compiler,
+        described, name, out, what=what, fmi=whole_argument(fmi, "fmi", *FMI), tabled=parameters, control=driving,
+        platforms=platforms_of(platforms), compiler=_compiler(compiler),
     )  # fmt: skip
 
 
+@by_kind
 def export_ssp(
     machine: AnyMachine,
     unit: str | None = None,
@@ -183,10 +191,17 @@ def export_ssp(
     described, name = _unit_of(machine, unit)
     driving = _driving(control, speed, force, period, drive_delay)
     return write_ssp(
-        described, name, out, control=driving, fmi=fmi, platforms=platforms_of(platforms), compiler=compiler
+        described,
+        name,
+        out,
+        control=driving,
+        fmi=whole_argument(fmi, "fmi", *FMI),
+        platforms=platforms_of(platforms),
+        compiler=_compiler(compiler),
     )
 
 
+@by_kind
 def export_parameters(machine: AnyMachine, unit: str | None = None, *, out: str | Path, what: str = "sensor") -> int:
     """Write a machine's numbers for a sensor or plant that was exported of another machine of its kind.
 
@@ -254,3 +269,12 @@ def _unit_of(machine: AnyMachine, unit: str | None) -> tuple[Machine, str]:
     """The description, and the name of the unit that is meant."""
     described = load_machine(machine)
     return described, unit or only_unit(described)
+
+
+def _compiler(passed: str | None) -> str | None:
+    """A compiler as an argument; "" for none, None for the one that is found."""
+    if passed:
+        check_path(passed, "compiler")
+        if shutil.which(passed) is None:
+            raise DescriptionError("is no program", key="compiler", value=passed, allowed="the path of a C compiler")
+    return passed

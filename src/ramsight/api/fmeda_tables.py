@@ -7,12 +7,14 @@ import io
 from pathlib import Path
 
 from ramsight.api.arguments import path_argument
+from ramsight.argument_kinds import by_kind
 from ramsight.deploy.diagnostic_coverage import CoverageTable, read_table
 from ramsight.deploy.fmeda import fmeda_table
 from ramsight.output import check_target, write_text
 from ramsight.plant.build import AnyUnit, build
 
 
+@by_kind
 def export_fmeda(machine: AnyUnit, unit: str | None = None, *, out: str | Path) -> int:
     """Write the faults of a unit's virtual sensor, what detects them, and how surely, as a table to fill in.
 
@@ -42,6 +44,7 @@ def export_fmeda(machine: AnyUnit, unit: str | None = None, *, out: str | Path) 
     return len(list(csv.reader(io.StringIO(text)))) - 1
 
 
+@by_kind
 def diagnostic_coverage(file: str | Path) -> CoverageTable:
     """Read a table of `export_fmeda` in which failure rates are filled in.
 

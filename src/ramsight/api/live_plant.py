@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.api.arguments import whole_argument
 from ramsight.api.duties import TEMPERATURE, check_loads
+from ramsight.argument_kinds import by_kind, whole_argument
 from ramsight.duty.drive_report import usual_report
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import LiveUnit
@@ -95,6 +96,7 @@ class LivePlant:
         (True, True)
     """
 
+    @by_kind
     def __init__(
         self,
         machine: AnyUnit,
@@ -110,10 +112,6 @@ class LivePlant:
         period: Quantity = SAMPLE_PERIOD,
     ) -> None:
         built = build(machine, unit)
-        if as_built is not None and not isinstance(as_built, AsBuilt):
-            raise DescriptionError("is no AsBuilt", key="as_built", value=as_built, allowed="AsBuilt(leak=1.2)")
-        if not isinstance(drive, DriveResponse):
-            raise DescriptionError("is no DriveResponse", key="drive", value=drive, allowed="DriveResponse(lost=0.01)")
         whole_argument(seed, "seed", 0, 2**63)
         made = built if as_built is None else as_built.apply(built)
         stroke = format_si(built.cylinder.stroke, "mm")
@@ -140,6 +138,10 @@ class LivePlant:
         self.now = self._look()
         self.reports: list[dict[str, float]] = []
         self._report()
+
+    def __copy__(self) -> LivePlant:
+        """A plant of its own that goes on from where this one is."""
+        return deepcopy(self)
 
     def advance(
         self, motor_speed: Quantity, load: Quantity | None = None, dt: Quantity | None = None, **commands: float

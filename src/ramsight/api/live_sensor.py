@@ -7,6 +7,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from ramsight.api.arguments import checked
+from ramsight.argument_kinds import by_kind
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
@@ -90,6 +91,16 @@ class Sensor(VirtualSensor):
         known = None if reference is None else _read(reference, "m", "reference")
         return super().step(at, speed, torque, oil, known, **others)
 
+    @by_kind
+    def says(self, output: str) -> float:
+        """An output after the last `step`, by its name [SI]; NaN before the first one, and of one that it has not.
+
+        Raises:
+            DescriptionError: it is no text.
+        """
+        return super().says(output)
+
+    @by_kind
     def track(self, log: xarray.Dataset, *, advance: Callable[[int], object] | None = None) -> xarray.Dataset:
         """Go through a drive log, from the position passed to `start`.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ramsight.argument_kinds import by_kind
 from ramsight.errors import UnknownNameError
 from ramsight.machine import catalogue as _catalogue
 from ramsight.machine import load_machine
@@ -12,6 +13,7 @@ from ramsight.machine.description import Machine, Unit
 from ramsight.plant.build import AnyUnit
 
 
+@by_kind
 def catalogue(kind: str | None = None) -> tuple[Entry, ...]:
     """What the catalogue has: machines, circuits, oils, pumps and valves.
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ramsight.errors import DescriptionError, UnknownNameError
+from ramsight.argument_kinds import by_kind
+from ramsight.errors import DescriptionError, UnknownNameError, one_line
 from ramsight.output import check_figure
 from ramsight.tracking.figures import LOOKS, SCREEN, Look, draw_run, draw_track, run_title, save
 from ramsight.tracking.sweep_figure import draw_sweep
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@by_kind
 def plot(
     dataset: xarray.Dataset,
     path: str | Path | None = None,
@@ -51,6 +53,7 @@ def plot(
     attributes = getattr(dataset, "attrs", {})
     kind, unit = attributes.get("kind"), attributes.get("unit")
     look = look_of(width, style, is_drawn=kind != "simulated runs")
+    title = _title(title)
     check_figure(None if path is None else Path(path))
     if kind == "track":
         known = "true_position" in dataset
@@ -69,6 +72,25 @@ def plot(
         with look.context():
             save(figure, path)
     return figure
+
+
+def _title(passed: str | None) -> str:
+    """A title that can be set, "" for none.
+
+    Raises:
+        DescriptionError: it has formulas that cannot be set.
+    """
+    if not passed:
+        return ""
+    from matplotlib.mathtext import MathTextParser
+
+    shown = one_line(passed)
+    try:
+        MathTextParser("agg").parse(shown)
+    except ValueError as error:
+        reason = str(error).split("\n")[-1]
+        raise DescriptionError(f"has a formula that cannot be set: {reason}", key="title", value=passed) from None
+    return shown
 
 
 def look_of(width: float | str | None, style: str, *, is_drawn: bool = True) -> Look:

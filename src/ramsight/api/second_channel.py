@@ -10,6 +10,7 @@ import numpy as np
 
 from ramsight.api.arguments import truth_of
 from ramsight.api.tracking import Quantity, track
+from ramsight.argument_kinds import by_kind
 from ramsight.errors import LogError
 from ramsight.intervals import true_intervals
 from ramsight.logs.channel_map import AnyMap
@@ -71,6 +72,7 @@ class Compared:
         return "\n".join(lines)
 
 
+@by_kind
 def compare(
     machine: AnyUnit,
     log: str | Path | xarray.Dataset,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.api.arguments import checked
+from ramsight.argument_kinds import by_kind
 from ramsight.errors import DescriptionError, LogError
 from ramsight.intervals import true_intervals
 from ramsight.logs.channels import DC_VOLTAGE, OIL_TEMPERATURE
@@ -16,8 +18,6 @@ from ramsight.optional import needing
 from ramsight.tracking.sharing import OIL, SHARED, VOLTAGE, Agreement, Allowed, Shared
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import xarray
 
 Array = NDArray[np.float64]
@@ -64,6 +64,7 @@ class SharedChecks:
         return "\n".join([*lines, *(f"  {a:.2f} s to {b:.2f} s: {what} contradicts" for a, b, what in self.alerts)])
 
 
+@by_kind
 def check_shared(
     first: xarray.Dataset, second: xarray.Dataset, *, allowed: Mapping[str, Allowed] | None = None
 ) -> SharedChecks:

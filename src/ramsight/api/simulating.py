@@ -7,8 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ramsight.api.arguments import checked, whole_argument
+from ramsight.api.arguments import checked
 from ramsight.api.duties import TEMPERATURE, Loads, Quantity, duty_for
+from ramsight.argument_kinds import by_kind, whole_argument
 from ramsight.duty import DriveReport, Duty, Magnets
 from ramsight.duty import report as report_of
 from ramsight.duty.drive_report import declared_report, usual_report
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     import xarray
 
 
+@by_kind
 def simulate(
     machine: AnyUnit,
     duty: Duty | str | Path | None = None,
@@ -96,8 +98,6 @@ def simulate(
         1.2
     """
     built = build(machine, unit)
-    if as_built is not None and not isinstance(as_built, AsBuilt):
-        raise DescriptionError("is no AsBuilt", key="as_built", value=as_built, allowed="AsBuilt(leak=1.2)")
     made = built if as_built is None else as_built.apply(built)
     of_duty = {
         "load": load, "speed": speed, "ramp": ramp, "hold": hold, "start": start, "cycles": cycles,
@@ -137,6 +137,7 @@ def recorded(
     return run
 
 
+@by_kind
 def drive_report(
     run: xarray.Dataset,
     machine: AnyUnit | None = None,
@@ -193,6 +194,8 @@ def drive_report(
         "torque_gain": torque_gain,
         "temperature_offset": temperature_offset,
     }
+    if machine is None and unit is not None:
+        raise DescriptionError("is of a machine, and none is passed", key="unit", value=unit)
     unit_of = None if machine is None else build(machine, unit)
     return report_of(checked(run, "run"), reported_how(passed, unit_of, seed=seed, magnets=magnets))
 

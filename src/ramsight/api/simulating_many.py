@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ramsight.api.arguments import whole_argument
 from ramsight.api.varied import Varied, Vary, varied
+from ramsight.argument_kinds import by_kind, whole_argument
 from ramsight.duty import Duty
 from ramsight.duty.run_figures import FIGURES, Figures, Work, figures_of
 from ramsight.duty.simulate import SAMPLE_PERIOD, audited_circuit, check_commands, check_temperature
@@ -40,6 +40,7 @@ _OF_DUTY = (
 )
 
 
+@by_kind
 def simulate_many(
     machines: AnyUnit | Sequence[AnyUnit],
     duties: Duty | Iterable[Duty],
@@ -101,8 +102,6 @@ def simulate_many(
     rtol = argument(rtol, "1", "rtol", least="1e-12", most="0.1")
     if threads is not None:
         whole_argument(threads, "threads", 1, _MOST_THREADS)
-    if not isinstance(duties, Iterable | Duty):
-        raise DescriptionError("are no duties", key="duties", value=duties, allowed=_DUTIES)
     fleet = _fleet(machines, unit, vary)
     todo = _Todo(fleet.units, audited=bool(wanted), duties=[duties] if isinstance(duties, Duty) else duties)
     with advancing(todo.total, "simulating", shown=progress) as advance:
@@ -127,11 +126,8 @@ def _wanted(keep: Iterable[str]) -> list[str]:
     """What is asked for, in the order in which it is listed.
 
     Raises:
-        DescriptionError: there are no names.
         UnknownNameError: nothing of that name can be kept.
     """
-    if not isinstance(keep, Iterable):
-        raise DescriptionError("are no names", key="keep", value=keep, allowed=", ".join(FIGURES))
     asked = [keep] if isinstance(keep, str) else list(keep)
     for one in asked:
         if not isinstance(one, str) or one not in FIGURES:

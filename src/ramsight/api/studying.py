@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ramsight.api.requirements import required_unit
+from ramsight.argument_kinds import by_kind, whole_argument
+from ramsight.calibration.sensors import check_kind_of_sensor
 from ramsight.errors import DescriptionError
 from ramsight.machine import AnyMachine, load_machine, only_unit
 from ramsight.machine.requirement_description import DAY, Requirement
@@ -29,7 +31,21 @@ if TYPE_CHECKING:
 
 Quantity = float | str
 _MOST = 10_000_000  # machines
+_MOST_THREADS = 1024
 _VISIT_EVERY = 45.0  # s, of a work day
+
+
+def check_client(client: Any) -> None:
+    """Refuse what is no client of a cluster.
+
+    Args:
+        client: as it was passed; None for none.
+
+    Raises:
+        DescriptionError: it is none.
+    """
+    if client is not None and not (hasattr(client, "nthreads") and hasattr(client, "submit")):
+        raise DescriptionError("is no client", key="client", value=client, allowed="dask.distributed.Client")
 
 
 class Study:
@@ -65,6 +81,7 @@ class Study:
         (2, True)
     """
 
+    @by_kind
     def __init__(
         self,
         machine: AnyMachine,
@@ -84,16 +101,14 @@ class Study:
         check_extra("study")
         self.machine = load_machine(machine)
         name = only_unit(self.machine) if unit is None else unit
-        if vary is not None and not isinstance(vary, Mapping):
-            allowed = "{'leakage': '± 10 %'}"
-            raise DescriptionError("are no tolerances by name", key="vary", value=vary, allowed=allowed)
+        if correlations is not None:  # refused as those of a description are
+            self.machine.replace({f"units.{name}.tolerances.correlations": dict(correlations)})
         self.requirement = required_unit(build(self.machine, name), require).requirement
         if require is not None and self.requirement is not None:
             self.machine = self.machine.replace({f"units.{name}.requirement": self.requirement})
-        if isinstance(machines, bool) or not (isinstance(machines, int) and 1 <= machines <= _MOST):
-            raise DescriptionError("is out of range", key="machines", value=machines, allowed=f"1 to {_MOST}")
-        if isinstance(seed, bool) or not (isinstance(seed, int) and 0 <= seed < 2**63):
-            raise DescriptionError("is out of range", key="seed", value=seed, allowed=f"0 to {2**63 - 1}")
+        whole_argument(machines, "machines", 1, _MOST)
+        whole_argument(seed, "seed", 0, 2**63 - 1)
+        check_kind_of_sensor(sensor)
         visits = self._visits() if visit_every is None else visit_every
         work = Work(
             str(duty),
@@ -131,6 +146,7 @@ class Study:
             for one in self.plan.quantities
         }
 
+    @by_kind
     def run(
         self, store: str | Path | None = None, client: Any = None, *, threads: int | None = None, progress: bool = False
     ) -> xarray.Dataset:
@@ -148,13 +164,18 @@ class Study:
             came before), the `values` that were drawn, over `quantity` [SI], and what the sheet is made of.
 
         Raises:
+            DescriptionError: that is no client, or so many threads there cannot be.
             RamsightError: the store is another study's, cannot be written, or a cluster is lost; nothing that was done
                 is.
         """
         path = None if store is None else Path(store)
+        check_client(client)
+        if threads is not None:
+            whole_argument(threads, "threads", 1, _MOST_THREADS)
         with advancing(self.plan.count, "machines", shown=progress) as advance:
             return run(self.plan, path, client=client, threads=threads, advance=advance)
 
+    @by_kind
     def budget(
         self, base: int = 64, store: str | Path | None = None, client: Any = None, *, progress: bool = False
     ) -> Budget:
@@ -171,11 +192,13 @@ class Study:
             DescriptionError: base is no power of two.
         """
         check_base(base)
+        check_client(client)
         machines = base * (len(self.plan.quantities) + 2)
         with advancing(machines, "error budget", shown=progress and bool(base)) as advance:
             path = None if store is None else Path(store)
             return budget(self.plan, base, path, client=client, advance=advance)
 
+    @by_kind
     def sensitivities(
         self, base: int = 64, store: str | Path | None = None, client: Any = None, *, progress: bool = False
     ) -> xarray.Dataset:
@@ -187,6 +210,7 @@ class Study:
         """
         return self.budget(base, store, client, progress=progress).dataset()
 
+    @by_kind
     def datasheet(
         self,
         found: xarray.Dataset,
@@ -205,11 +229,15 @@ class Study:
 
         Raises:
             LogError: a file cannot be read.
+            DescriptionError: it is not what `run` returns.
         """
+        if "machine" not in getattr(found, "dims", ()) or "outcome" not in found:
+            raise DescriptionError("is no study that was run", key="found", value=found, allowed="what run() returns")
         sheet = data_sheet(self.plan, found, budget)
         held = [held_against(sheet, self.plan.bench, Path(log), Path(truth)) for log, truth in recorded]
         return replace(sheet, recorded=tuple(held))
 
+    @by_kind
     def required(self, sheet: Sheet) -> SheetRequirement | None:
         """The sheet held against what the position is required for; None if that is not stated.
 

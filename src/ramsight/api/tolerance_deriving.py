@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.api.tracking import Quantity, track
+from ramsight.argument_kinds import by_kind
 from ramsight.logs.channel_map import AnyMap
 from ramsight.machine.assumption_description import SURE_START
 from ramsight.optional import check_extra
@@ -85,6 +86,7 @@ def _instead(found: DerivedTolerance, errors: str) -> list[str]:
     return lines
 
 
+@by_kind
 def derive_tolerance(
     machine: AnyUnit,
     log: str | Path | xarray.Dataset,

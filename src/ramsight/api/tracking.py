@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from ramsight.api.arguments import checked, log_argument, path_argument, truth_argument
 from ramsight.api.live_sensor import Sensor
+from ramsight.argument_kinds import by_kind
 from ramsight.calibration.sensors import sensor_for as make_sensor
 from ramsight.errors import DescriptionError, LogWarning
 from ramsight.logs.channel_map import AnyMap, known_map
@@ -41,6 +42,7 @@ Quantity = float | str
 _NO_FILE = "log"  # what messages call a log that is no file
 
 
+@by_kind
 def sensor_for(machine: AnyUnit, kind: str | Path = "kalman", *, unit: str | None = None) -> Sensor:
     """A virtual sensor: `start` it, then give it samples (`step`) or a log (`track`).
 
@@ -75,6 +77,7 @@ def _kind(kind: str | Path) -> str:
     return str(path_argument(kind, "sensor"))
 
 
+@by_kind
 def track(
     machine: AnyUnit,
     log: str | Path | xarray.Dataset | Iterable[xarray.Dataset],

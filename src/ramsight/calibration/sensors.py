@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
+from os.path import isfile
 
 from ramsight.errors import UnknownNameError
 from ramsight.plant.unit import HydraulicUnit
@@ -11,6 +11,23 @@ from ramsight.sensor.kept_sensor import kept_sensor
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 KINDS = ("kalman", "balance", "table")
+
+
+def check_kind_of_sensor(kind: str) -> None:
+    """Refuse a kind of sensor that there is not.
+
+    Args:
+        kind: as `sensor_for`'s.
+
+    Raises:
+        UnknownNameError: it is none, and no sensor file.
+    """
+    if kind in KINDS:
+        return
+    from ramsight.calibration.sensor_file import SUFFIX
+
+    if not (kind.endswith(SUFFIX) or isfile(kind)):
+        raise UnknownNameError("sensor", kind, KINDS)
 
 
 def sensor_for(unit: HydraulicUnit, kind: str, *, advance: Callable[[int], object] | None = None) -> VirtualSensor:
@@ -26,6 +43,7 @@ def sensor_for(unit: HydraulicUnit, kind: str, *, advance: Callable[[int], objec
         UnknownNameError: there is no such kind.
         SensorFileError: the sensor file cannot be used, or was made for another unit.
     """
+    check_kind_of_sensor(kind)
     if kind == "kalman":
         return kept_sensor(kind, unit, _kalman)
     if kind == "balance":
@@ -35,11 +53,7 @@ def sensor_for(unit: HydraulicUnit, kind: str, *, advance: Callable[[int], objec
         from ramsight.sensor.table import table
 
         return table(calibrated(unit, advance=advance))
-    from ramsight.calibration.sensor_file import SUFFIX
-
-    if kind.endswith(SUFFIX) or Path(kind).is_file():
-        return _from_file(unit, kind)
-    raise UnknownNameError("sensor", kind, KINDS)
+    return _from_file(unit, kind)
 
 
 def _kalman(unit: HydraulicUnit) -> VirtualSensor:

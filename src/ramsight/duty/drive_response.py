@@ -12,11 +12,27 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ramsight.argument_kinds import whole_argument
 from ramsight.expression import Real
 from ramsight.plant.either import choose
-from ramsight.units import RPM
+from ramsight.units import RPM, argument
 
 _DAMPING = math.sqrt(0.5)  # of a second order without a resonance (Butterworth): -3 dB at its natural frequency
+
+
+_RANGES = {
+    "command_delay": ("s", "0 s", "60 s"),
+    "report_delay": ("s", "0 s", "60 s"),
+    "bandwidth": ("Hz", "0.01 Hz", "10000 Hz"),
+    "acceleration": ("rad/s2", "0.1 rad/s2", "1e7 rad/s2"),
+    "lost": ("1", "0", "0.999"),
+    "deviation": ("rad/s", "0 rad/s", "1e6 rad/s"),
+    "speed_noise": ("rad/s", "0 rad/s", "1e6 rad/s"),
+    "speed_step": ("rad/s", "0 rad/s", "1e6 rad/s"),
+    "torque_repeats": ("1", "0", "0.999"),
+}
+"""Unit, least and most of each value: a slip of a sign or a unit is beyond them."""
+_UNLIMITED, _OPTIONAL = ("bandwidth", "acceleration"), ("torque_repeats",)
 
 
 @dataclass(frozen=True)
@@ -38,7 +54,7 @@ class DriveResponse:
             where the report's steps are coarse beside its noise; without it, to be learned from the reports.
 
     Raises:
-        ValueError: a value cannot be.
+        DescriptionError: a value cannot be.
 
     Example:
         >>> lag = DriveResponse(command_delay=0.02, report_delay=0.02, bandwidth=10.0).lag
@@ -58,18 +74,12 @@ class DriveResponse:
     torque_repeats: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("command_delay", "report_delay", "deviation", "speed_noise", "speed_step"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise ValueError(f"{name} {getattr(self, name):g}: expected 0 or more")
-        for name in ("bandwidth", "acceleration"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} {getattr(self, name):g}: expected more than 0")
-        if self.order not in {1, 2}:
-            raise ValueError(f"order {self.order}: expected 1 or 2")
-        for name in ("lost", "torque_repeats"):
-            share = getattr(self, name)
-            if share is not None and not 0.0 <= share < 1.0:
-                raise ValueError(f"{name} {share:g}: expected a share, at least 0 and below 1")
+        whole_argument(self.order, "order", 1, 2)
+        for name, (unit, least, most) in _RANGES.items():
+            passed = getattr(self, name)
+            unlimited = isinstance(passed, float) and passed == math.inf and name in _UNLIMITED
+            if not (unlimited or (passed is None and name in _OPTIONAL)):
+                object.__setattr__(self, name, argument(passed, unit, name, least=least, most=most))
 
     @property
     def frequency(self) -> float:

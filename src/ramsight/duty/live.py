@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -234,8 +235,22 @@ class LiveUnit(_Live):
         self._circuits = {unit.name: ("", model)}
         state = initial_state(unit, model, start_position, load)
         values = model.parameters(oil_temperature=oil_temperature)
-        self._name, self._run = unit.name, _Stepped(model.ode, values, state, np.array([0.0, load]), period)
+        self.unit, self._name = unit, unit.name
+        self._run = _Stepped(model.ode, values, state, np.array([0.0, load]), period)
         self.now = self._look()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is this unit's own: its equation is made of the unit again, for it cannot be pickled."""
+        own = {**vars(self), "_run": {**vars(self._run)}}
+        del own["_circuits"], own["_run"]["ode"]
+        return own
+
+    def __setstate__(self, own: Mapping[str, Any]) -> None:
+        model = audited_circuit(own["unit"])
+        self.__dict__.update(own)
+        self._circuits = {self._name: ("", model)}
+        self._run = _Stepped.__new__(_Stepped)
+        vars(self._run).update(own["_run"], ode=model.ode)
 
     def advance(self, motor_speed: float, load: float) -> Instant:
         """Go on to the next sample.

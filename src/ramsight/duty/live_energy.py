@@ -43,6 +43,16 @@ class EnergyAccount:
         return self.given - self.taken + self.lowered - self.lifted - gone
 
 
+@dataclass(frozen=True)
+class _Entries:
+    """Names of what is entered; the circuit that they are of cannot go to another process."""
+
+    nodes: tuple[str, ...]
+    losses: tuple[str, ...]
+    works: tuple[str, ...]
+    tank_flows: tuple[str, ...]
+
+
 class LiveEnergy:
     """The energy account of one circuit.
 
@@ -53,7 +63,8 @@ class LiveEnergy:
     """
 
     def __init__(self, audited: Audited, inside: Mapping[str, float], tank_pressure: float) -> None:
-        self._audited, self._tank_pressure, self._last = audited, tank_pressure, dict(inside)
+        self._audited = _Entries(audited.nodes, audited.losses, audited.works, audited.tank_flows)
+        self._tank_pressure, self._last = tank_pressure, dict(inside)
         self.account = EnergyAccount()
 
     def enter(self, inside: Mapping[str, float]) -> None:

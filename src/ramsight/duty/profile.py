@@ -8,11 +8,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ramsight.argument_kinds import check_kind, whole_argument
 from ramsight.engine.run import Segments
+from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.plant.circuit import WARMING, command_of
+from ramsight.units import argument
 
 Array = NDArray[np.float64]
 
+_NUMBERS = "fiu"  # NumPy's kinds of real numbers
+_MOST_TIMES = 1_000_000  # that a duty is repeated
 _TEMPERATURE_STEP = 0.05  # K; a changing oil temperature is held over pieces no coarser than this
 
 
@@ -25,7 +30,7 @@ class Profile:
         value: value at each corner [SI], shape (n,).
 
     Raises:
-        ValueError: if the shapes differ or time does not increase.
+        DescriptionError: they are no numbers, are not equally many, or time does not increase.
 
     Example:
         >>> ramp = Profile([0.0, 2.0], [0.0, 10.0])
@@ -37,18 +42,35 @@ class Profile:
     value: Array
 
     def __init__(self, time: ArrayLike, value: ArrayLike) -> None:
-        object.__setattr__(self, "time", np.atleast_1d(np.asarray(time, dtype=np.float64)))
-        object.__setattr__(self, "value", np.atleast_1d(np.asarray(value, dtype=np.float64)))
+        object.__setattr__(self, "time", np.atleast_1d(_numbers(time, "time")))
+        object.__setattr__(self, "value", np.atleast_1d(_numbers(value, "value")))
         if self.time.ndim != 1 or self.time.shape != self.value.shape or not self.time.size:
-            raise ValueError(f"time {self.time.shape} and value {self.value.shape} must be equally long lists")
-        if not (np.all(np.isfinite(self.time)) and np.all(np.isfinite(self.value))):
-            raise ValueError("time and value must be finite")
+            found = f"{self.time.shape} and {self.value.shape}"
+            raise DescriptionError("must be equally long lists", key="time and value", value=found)
+        for name, corners in (("time", self.time), ("value", self.value)):
+            if not np.all(np.isfinite(corners)):
+                raise DescriptionError("must be finite", key=name, value=corners)
         if np.any(np.diff(self.time) <= 0.0):
-            raise ValueError("time must increase from corner to corner")
+            raise DescriptionError("must increase from corner to corner", key="time", value=self.time)
 
     def __call__(self, time: ArrayLike) -> Array:
         """Value at times [s]."""
-        return np.asarray(np.interp(np.asarray(time, dtype=np.float64), self.time, self.value))
+        return np.asarray(np.interp(_numbers(time, "time"), self.time, self.value))
+
+
+def _numbers(passed: ArrayLike, name: str) -> Array:
+    """An argument as an array.
+
+    Raises:
+        DescriptionError: it holds what is no number, or one that no float holds.
+    """
+    try:
+        found = np.asarray(passed)
+        if found.dtype.kind in _NUMBERS:
+            return found.astype(np.float64, copy=False)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise DescriptionError("holds what is no number", key=name, value=passed, allowed="a number, or a list of numbers")
 
 
 def constant(value: float) -> Profile:
@@ -84,6 +106,21 @@ class Duty:
     end: float | None = None
     commands: Mapping[str, Profile] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Read and check what was passed.
+
+        Raises:
+            DescriptionError: a profile or a quantity is none.
+        """
+        check_kind(self.commands, "commands", (Mapping,))
+        profiles = {"motor_speed": self.motor_speed, "load": self.load, "oil_temperature": self.oil_temperature}
+        for name, profile in (*profiles.items(), *self.commands.items()):
+            check_kind(profile, name, (Profile,))
+        start = argument(self.start_position, "m", "start_position", least="-1 km", most="1 km")
+        object.__setattr__(self, "start_position", start)
+        if self.end is not None:
+            object.__setattr__(self, "end", argument(self.end, "s", "end", least="0 s", most="1e6 s"))
+
     @property
     def duration(self) -> float:
         """Length of the duty [s]."""
@@ -91,6 +128,7 @@ class Duty:
 
     def repeated(self, times: int) -> Duty:
         """The same duty several times in a row; loads and temperatures repeat with it."""
+        whole_argument(times, "times", 1, _MOST_TIMES)
         period = self.duration
         return Duty(
             _repeat(self.motor_speed, period, times),
@@ -109,8 +147,10 @@ class Duty:
 
     def commanded(self, name: str, time: ArrayLike) -> Array:
         """What a part is commanded to, -1 to 1 [1], at times [s]."""
-        profile = self.commands[name]
-        place = np.searchsorted(profile.time, np.asarray(time, dtype=np.float64), side="right") - 1
+        if str(name) not in self.commands:
+            raise UnknownNameError("command", str(name), self.commands)
+        profile = self.commands[str(name)]
+        place = np.searchsorted(profile.time, _numbers(time, "time"), side="right") - 1
         return np.asarray(profile.value[np.maximum(place, 0)])
 
     def segments(self, parameters: Array, names: Sequence[str]) -> Segments:

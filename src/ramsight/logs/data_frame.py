@@ -35,7 +35,7 @@ def arrow_table(frame: Any) -> Any:
     """
     arrow = needs("pyarrow", "logs", _FRAME)
     try:
-        if hasattr(frame, "reset_index") and getattr(frame.index, "name", None) is not None:
+        if hasattr(frame, "reset_index") and getattr(getattr(frame, "index", None), "name", None) is not None:
             frame = frame.reset_index()
         if hasattr(frame, "__arrow_c_stream__"):
             return arrow.table(frame)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.argument_kinds import by_kind, check_path
 from ramsight.errors import DescriptionError, LogError, OutputError
 from ramsight.logs.channel_map import AnyMap
 from ramsight.logs.channels import (
@@ -38,6 +39,7 @@ _UNITS = {
 }  # fmt: skip
 
 
+@by_kind
 def read_log(
     log: Any,
     channel_map: AnyMap | None = None,
@@ -83,6 +85,7 @@ def read_log(
             return read_log(file, channel_map, strict=strict, advance=advance)
     if not isinstance(log, str | os.PathLike):
         raise DescriptionError("is no log", key="log", value=log, allowed="a file, or a DataFrame")
+    check_path(log, "log")
     return read_signals(Path(log), channel_map, strict=strict, advance=advance).dataset()
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ramsight.argument_kinds import by_kind
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.logs.align import Aligner, Array, Block, Switch
 from ramsight.logs.can_dbc import j1939_group
@@ -62,6 +63,7 @@ _DRIVE = (MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE)
 _READINGS = frozenset(one.name for one in READINGS)
 
 
+@by_kind
 def open_log(
     path: str | Path,
     channel_map: ChannelMap | str | Path | None = None,

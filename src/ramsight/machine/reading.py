@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ramsight.argument_kinds import by_kind
 from ramsight.errors import DescriptionError, RamsightError, UnknownNameError, first_of
 from ramsight.machine import catalogue
 from ramsight.machine.base import Part, part_class
@@ -24,6 +25,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 AnyMachine = str | Path | Machine
 
 
+@by_kind
 def load_machine(name_or_path: AnyMachine) -> Machine:
     """A machine, by its name in the catalogue or from a file.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
+from ramsight.errors import DescriptionError
 from ramsight.plant.hose import Hose
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
@@ -63,6 +64,9 @@ class AsBuilt:
         Args:
             unit: its parts as the data sheet has them.
 
+        Raises:
+            DescriptionError: it is none.
+
         Example:
             >>> from ramsight import machine
             >>> from ramsight.plant.ddh import build_ddh
@@ -70,6 +74,8 @@ class AsBuilt:
             >>> round(AsBuilt(displacement=0.995).apply(boom).travel_per_radian / boom.travel_per_radian, 6)
             0.995
         """
+        if not hasattr(unit, "cylinder"):
+            raise DescriptionError("is no unit", key="unit", value=unit, allowed="what ramsight.build makes")
         pressed = unit.cylinder.pressure_friction
         cylinder = replace(
             unit.cylinder,

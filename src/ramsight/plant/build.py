@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from ramsight.argument_kinds import by_kind
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import load_machine, only_unit
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
@@ -20,6 +21,7 @@ U = TypeVar("U", bound=HydraulicUnit)
 AnyUnit = str | Path | Machine | Unit | HydraulicUnit
 
 
+@by_kind
 def build(machine: AnyUnit, unit: str | None = None) -> HydraulicUnit:
     """A unit made of its parts, whatever its circuit: what every other function takes.
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.argument_kinds import by_kind
+from ramsight.errors import DescriptionError
 from ramsight.machine.description import Unit
 from ramsight.plant.build import build
 from ramsight.plant.circuit import CircuitModel
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
 
 Array = NDArray[np.float64]
+_NAME = re.compile(r"(?!(?:null|jac|hess)\Z)[A-Za-z](?:_?[A-Za-z0-9])*_?")  # as CasADi demands it
 
 
 class PlantFunction(ca.Function):
@@ -43,6 +47,18 @@ class PlantFunction(ca.Function):
         self.output_units = tuple(output.unit for output in ode.outputs)
         self.p0 = circuit.values
 
+    def __copy__(self) -> PlantFunction:
+        """The same: a function never changes."""
+        return self
+
+    def __deepcopy__(self, memo: object) -> PlantFunction:
+        """The same."""
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For other processes, as `multiprocessing` and Dask need it: made of its unit again."""
+        return casadi_model, (self.unit, self.name())
+
     def x0(self, position: float | None = None, load: float = 0.0) -> Array:
         """States at rest with the load carried.
 
@@ -61,6 +77,7 @@ class PlantFunction(ca.Function):
         return self.circuit.parameters(**changes)
 
 
+@by_kind
 def casadi_model(unit: HydraulicUnit | Unit, name: str = "plant") -> PlantFunction:
     """The plant of a unit as a `casadi.Function`.
 
@@ -72,7 +89,7 @@ def casadi_model(unit: HydraulicUnit | Unit, name: str = "plant") -> PlantFuncti
         name: of the function.
 
     Raises:
-        DescriptionError: the circuit cannot move its load.
+        DescriptionError: the circuit cannot move its load, it is no unit, or that is no name of a function.
 
     Example:
         >>> from ramsight import casadi_model, machine
@@ -85,7 +102,10 @@ def casadi_model(unit: HydraulicUnit | Unit, name: str = "plant") -> PlantFuncti
         >>> rate.shape
         (7, 1)
     """
-    built: Any = build(unit, name) if isinstance(unit, Unit) else unit
+    if not _NAME.fullmatch(name):
+        allowed = "letters, digits and single underscores, a letter first"
+        raise DescriptionError("is no name of a function", key="name", value=name, allowed=allowed)
+    built: Any = build(unit, name) if isinstance(unit, Unit) else build(unit)
     model = circuit(built)
     ode = model.ode
     y = ca.vertcat(*(output.expression for output in ode.outputs))

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ramsight.argument_kinds import by_kind
+from ramsight.errors import DescriptionError
 from ramsight.sensor.checks.diagnosis import KINDS
 from ramsight.sensor.status import Status
 from ramsight.signals import Samples
@@ -124,12 +126,16 @@ class FaultNames:
         self._found.append(self._open.pop(signal).named(signal))
 
 
+@by_kind
 def named_faults(tracked: Samples) -> list[NamedFault]:
     """The faults of inputs that a track names, in the order of their beginnings.
 
     Args:
         tracked: with all that the sensor reports, over `time` [s]; only a sensor to which a counter of the shaft or DC
             power is declared names any.
+
+    Raises:
+        DescriptionError: it is no track.
 
     Example:
         >>> import ramsight
@@ -141,6 +147,8 @@ def named_faults(tracked: Samples) -> list[NamedFault]:
         >>> [one.text for one in named_faults(ramsight.track(loader, log, unit="boom", start="140 mm"))]
         ['motor speed: of the wrong sign, from 20.1 s to 47.3 s']
     """
+    if not (hasattr(tracked, "attrs") and hasattr(tracked, "__contains__") and "status" in tracked):
+        raise DescriptionError("is no track", key="tracked", value=tracked, allowed="what ramsight.track returns")
     names = FaultNames()
     names.append(tracked)
     return names.close()

@@ -161,6 +161,8 @@ class Tally:
     @property
     def text(self) -> str:
         """A line on the position, one on each status that is not ok, and one on each named fault of an input."""
+        if not self._position:
+            return "no samples"
         first, last = (_millimetres(self._position[k]) for k in (0, -1))
         lines = [
             f"{self._sensor} sensor: {self._samples} samples over {self._passed.seconds:.1f} s, "

@@ -15,15 +15,14 @@ extern "C" {
 typedef void (*Logger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
 
 static fmi2Status wrong(Instance *i) {
-  if (i->logging && i->logger != NULL)
+  if (i != NULL && i->logging && i->logger != NULL)
     ((Logger)i->logger)(i->environment, i->name, fmi2Error, "logStatusError", "%s", i->message);
   return fmi2Error;
 }
 
 static fmi2Status missing(fmi2Component c, const char *what) {
-  Instance *i = c;
-  snprintf(i->message, sizeof i->message, "%s is not offered", what);
-  return wrong(i);
+  if (c != NULL) snprintf(c->message, sizeof c->message, "%s is not offered", what);
+  return wrong(c);
 }
 
 static fmi2Status unless(fmi2Component c, const char *lacking) { return lacking == NULL ? fmi2OK : missing(c, lacking); }
@@ -34,6 +33,7 @@ API const char *fmi2GetVersion(void) { return "2.0"; }
 API fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
   (void)n;
   (void)categories;
+  if (!present(c, 1)) return wrong(c);
   c->logging = on;
   return fmi2OK;
 }
@@ -65,26 +65,27 @@ API void fmi2FreeInstance(fmi2Component c) { destroy(c); }
 
 API fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean given, fmi2Real tolerance, fmi2Real start,
                                    fmi2Boolean ends, fmi2Real stop) {
-  return begin_at(c, start, given, tolerance, ends, stop) ? fmi2OK : wrong(c);
+  return present(c, 1) && begin_at(c, start, given, tolerance, ends, stop) ? fmi2OK : wrong(c);
 }
 
 API fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
-  if (!only(c, INSTANTIATED, "enter initialization mode")) return wrong(c);
+  if (!present(c, 1) || !only(c, INSTANTIATED, "enter initialization mode")) return wrong(c);
   c->phase = INITIALIZING;
   return fmi2OK;
 }
 
 API fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-  if (!only(c, INITIALIZING, "exit initialization mode") || !fresh(c)) return wrong(c);
+  if (!present(c, 1) || !only(c, INITIALIZING, "exit initialization mode") || !fresh(c)) return wrong(c);
   c->phase = STEPPING;
   return fmi2OK;
 }
 
 API fmi2Status fmi2Terminate(fmi2Component c) {
-  return end(c) ? fmi2OK : wrong(c);
+  return present(c, 1) && end(c) ? fmi2OK : wrong(c);
 }
 
 API fmi2Status fmi2Reset(fmi2Component c) {
+  if (!present(c, 1)) return wrong(c);
   blank(c);
   return fmi2OK;
 }
@@ -92,7 +93,7 @@ API fmi2Status fmi2Reset(fmi2Component c) {
 #define GET(Name, Type, field, first, count, kind)                                                       \
   API fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, Type value[]) { \
     Instance *i = c;                                                                                     \
-    if (!fresh(i)) return wrong(i);                                                                      \
+    if (!present(i, array(vr, n) && array(value, n)) || !fresh(i)) return wrong(i);                      \
     for (size_t k = 0; k < n; k++) {                                                                     \
       if (!gettable(i, vr[k], first, count, kind)) return wrong(i);                                      \
       value[k] = i->model.field[vr[k] - (first)];                                                        \
@@ -102,6 +103,7 @@ API fmi2Status fmi2Reset(fmi2Component c) {
 #define SET(Name, Type, field, first, count, kind)                                                             \
   API fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, const Type value[]) { \
     Instance *i = c;                                                                                           \
+    if (!present(i, array(vr, n) && array(value, n))) return wrong(i);                                         \
     for (size_t k = 0; k < n; k++) {                                                                           \
       if (!settable(i, vr[k], first, count, kind)) return wrong(i);                                            \
       i->model.field[vr[k] - (first)] = value[k];                                                              \
@@ -118,18 +120,24 @@ SET(Boolean, fmi2Boolean, truth, REALS + WHOLES, TRUTHS, "Boolean")
 API fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
   (void)vr;
   (void)value;
-  return n ? missing(c, "a string variable") : fmi2OK;
+  return n || c == NULL ? missing(c, "a string variable") : fmi2OK;
 }
 
 API fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[]) {
   (void)vr;
   (void)value;
-  return n ? missing(c, "a string variable") : fmi2OK;
+  return n || c == NULL ? missing(c, "a string variable") : fmi2OK;
 }
 
-API fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) { return unless(c, get_state(c, state)); }
+API fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+  return present(c, state != NULL) ? unless(c, get_state(c, state)) : wrong(c);
+}
 
-API fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) { return unless(c, set_state(c, state)); }
+API fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+  if (!present(c, state != NULL)) return wrong(c);
+  give_back(c, state);
+  return fmi2OK;
+}
 
 API fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
   (void)c;
@@ -138,18 +146,18 @@ API fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
 }
 
 API fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
-  (void)c;
   (void)state;
+  if (!present(c, size != NULL)) return wrong(c);
   *size = KEPT_BYTES;
   return fmi2OK;
 }
 
 API fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-  return unless(c, state_to_bytes(state, bytes, size));
+  return present(c, state != NULL && bytes != NULL) ? unless(c, state_to_bytes(state, bytes, size)) : wrong(c);
 }
 
 API fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-  return unless(c, state_from_bytes(bytes, size, state));
+  return present(c, state != NULL && bytes != NULL) ? unless(c, state_from_bytes(bytes, size, state)) : wrong(c);
 }
 
 API fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns,
@@ -167,6 +175,7 @@ API fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueRefe
 API fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                            const fmi2Integer order[], const fmi2Real value[]) {
   Instance *i = c;
+  if (!present(i, array(vr, n) && array(order, n) && array(value, n))) return wrong(i);
   for (size_t k = 0; k < n; k++) {
     if (!settable(i, vr[k], 0, REALS, "real")) return wrong(i);
     if (causality[vr[k]] != 'i' || order[k] != 1) return missing(c, "a derivative but the first of an input");
@@ -181,13 +190,12 @@ API fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueRefe
   (void)vr;
   (void)order;
   (void)value;
-  return n ? missing(c, "an output's derivative") : fmi2OK;
+  return n || c == NULL ? missing(c, "an output's derivative") : fmi2OK;
 }
 
 API fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean final) {
   (void)final;
-  if (advance(c, time, step)) return fmi2OK;
-  return wrong(c);
+  return present(c, 1) && advance(c, time, step) ? fmi2OK : wrong(c);
 }
 
 API fmi2Status fmi2CancelStep(fmi2Component c) { return missing(c, "a step that can be cancelled"); }
@@ -200,6 +208,7 @@ API fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Sta
 
 API fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
   if (kind != fmi2LastSuccessfulTime) return missing(c, "that status");
+  if (!present(c, value != NULL)) return wrong(c);
   *value = c->time;
   return fmi2OK;
 }
@@ -212,6 +221,7 @@ API fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, 
 
 API fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
   if (kind != fmi2Terminated) return missing(c, "that status");
+  if (!present(c, value != NULL)) return wrong(c);
   *value = 0;
   return fmi2OK;
 }

@@ -13,15 +13,14 @@ extern "C" {
 #endif
 
 static fmi3Status wrong(Instance *i) {
-  if (i->logging && i->logger != NULL)
+  if (i != NULL && i->logging && i->logger != NULL)
     ((fmi3LogMessageCallback)i->logger)(i->environment, fmi3Error, "logStatusError", i->message);
   return fmi3Error;
 }
 
 static fmi3Status missing(fmi3Instance c, const char *what) {
-  Instance *i = c;
-  snprintf(i->message, sizeof i->message, "%s is not offered", what);
-  return wrong(i);
+  if (c != NULL) snprintf(c->message, sizeof c->message, "%s is not offered", what);
+  return wrong(c);
 }
 
 static fmi3Status unless(fmi3Instance c, const char *lacking) { return lacking == NULL ? fmi3OK : missing(c, lacking); }
@@ -31,6 +30,7 @@ API const char *fmi3GetVersion(void) { return "3.0"; }
 API fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
   (void)n;
   (void)categories;
+  if (!present(c, 1)) return wrong(c);
   c->logging = on;
   return fmi3OK;
 }
@@ -88,47 +88,49 @@ API void fmi3FreeInstance(fmi3Instance c) { destroy(c); }
 
 API fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean given, fmi3Float64 tolerance, fmi3Float64 start,
                                            fmi3Boolean ends, fmi3Float64 stop) {
-  if (!begin_at(c, start, given, tolerance, ends, stop)) return wrong(c);
+  if (!present(c, 1) || !begin_at(c, start, given, tolerance, ends, stop)) return wrong(c);
   c->model.real[0] = start;
   c->phase = INITIALIZING;
   return fmi3OK;
 }
 
 API fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
-  if (!only(c, INITIALIZING, "exit initialization mode") || !fresh(c)) return wrong(c);
+  if (!present(c, 1) || !only(c, INITIALIZING, "exit initialization mode") || !fresh(c)) return wrong(c);
   c->phase = STEPPING;
   return fmi3OK;
 }
 
 API fmi3Status fmi3Terminate(fmi3Instance c) {
-  return end(c) ? fmi3OK : wrong(c);
+  return present(c, 1) && end(c) ? fmi3OK : wrong(c);
 }
 
 API fmi3Status fmi3Reset(fmi3Instance c) {
+  if (!present(c, 1)) return wrong(c);
   blank(c);
   return fmi3OK;
 }
 
-#define GET(Name, Type, field, first, count, kind)                                                                 \
-  API fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, Type value[], size_t m) {  \
-    Instance *i = c;                                                                                               \
-    if (!fresh(i)) return wrong(i);                                                                                \
-    if (m != n) return missing(c, "an array variable");                                                            \
-    for (size_t k = 0; k < n; k++) {                                                                               \
-      if (!gettable(i, vr[k], first, count, kind)) return wrong(i);                                                \
-      value[k] = (Type)i->model.field[vr[k] - (first)];                                                            \
-    }                                                                                                              \
-    return fmi3OK;                                                                                                 \
+#define GET(Name, Type, field, first, count, kind)                                                                \
+  API fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, Type value[], size_t m) { \
+    Instance *i = c;                                                                                              \
+    if (!present(i, array(vr, n) && array(value, m)) || !fresh(i)) return wrong(i);                               \
+    if (m != n) return missing(c, "an array variable");                                                           \
+    for (size_t k = 0; k < n; k++) {                                                                              \
+      if (!gettable(i, vr[k], first, count, kind)) return wrong(i);                                               \
+      value[k] = (Type)i->model.field[vr[k] - (first)];                                                           \
+    }                                                                                                             \
+    return fmi3OK;                                                                                                \
   }
-#define SET(Name, Type, field, first, count, kind)                                               \
+#define SET(Name, Type, field, first, count, kind)                                                                      \
   API fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const Type value[], size_t m) { \
-    Instance *i = c;                                                                             \
-    if (m != n) return missing(c, "an array variable");                                          \
-    for (size_t k = 0; k < n; k++) {                                                             \
-      if (!settable(i, vr[k], first, count, kind)) return wrong(i);                              \
-      i->model.field[vr[k] - (first)] = value[k];                                                \
-    }                                                                                            \
-    return fmi3OK;                                                                               \
+    Instance *i = c;                                                                                                    \
+    if (!present(i, array(vr, n) && array(value, m))) return wrong(i);                                                  \
+    if (m != n) return missing(c, "an array variable");                                                                 \
+    for (size_t k = 0; k < n; k++) {                                                                                    \
+      if (!settable(i, vr[k], first, count, kind)) return wrong(i);                                                     \
+      i->model.field[vr[k] - (first)] = value[k];                                                                       \
+    }                                                                                                                   \
+    return fmi3OK;                                                                                                      \
   }
 /* An enumeration is an Int64 in FMI 3.0, and an int here. */
 GET(Float64, fmi3Float64, real, 0, REALS, "Float64")
@@ -143,7 +145,7 @@ SET(Boolean, fmi3Boolean, truth, REALS + WHOLES, TRUTHS, "Boolean")
     (void)vr;                                                                                                     \
     (void)value;                                                                                                  \
     (void)m;                                                                                                      \
-    return n ? missing(c, "a variable of type " #Name) : fmi3OK;                                                  \
+    return n || c == NULL ? missing(c, "a variable of type " #Name) : fmi3OK;                                     \
   }                                                                                                               \
   NONE_SET(Name, Type)
 #define NONE_SET(Name, Type)                                                                                            \
@@ -151,7 +153,7 @@ SET(Boolean, fmi3Boolean, truth, REALS + WHOLES, TRUTHS, "Boolean")
     (void)vr;                                                                                                           \
     (void)value;                                                                                                        \
     (void)m;                                                                                                            \
-    return n ? missing(c, "setting a variable of type " #Name) : fmi3OK;                                                \
+    return n || c == NULL ? missing(c, "setting a variable of type " #Name) : fmi3OK;                                   \
   }
 NONE(Float32, fmi3Float32)
 NONE(Int8, fmi3Int8)
@@ -164,9 +166,15 @@ NONE_SET(Int64, fmi3Int64)
 NONE(UInt64, fmi3UInt64)
 NONE(String, fmi3String)
 
-API fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) { return unless(c, get_state(c, state)); }
+API fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
+  return present(c, state != NULL) ? unless(c, get_state(c, state)) : wrong(c);
+}
 
-API fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) { return unless(c, set_state(c, state)); }
+API fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
+  if (!present(c, state != NULL)) return wrong(c);
+  give_back(c, state);
+  return fmi3OK;
+}
 
 API fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
   (void)c;
@@ -175,18 +183,18 @@ API fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
 }
 
 API fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
-  (void)c;
   (void)state;
+  if (!present(c, size != NULL)) return wrong(c);
   *size = KEPT_BYTES;
   return fmi3OK;
 }
 
 API fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-  return unless(c, state_to_bytes(state, bytes, size));
+  return present(c, state != NULL && bytes != NULL) ? unless(c, state_to_bytes(state, bytes, size)) : wrong(c);
 }
 
 API fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-  return unless(c, state_from_bytes(bytes, size, state));
+  return present(c, state != NULL && bytes != NULL) ? unless(c, state_from_bytes(bytes, size, state)) : wrong(c);
 }
 
 API fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Boolean final, fmi3Boolean *event,
@@ -196,13 +204,14 @@ API fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fm
   if (event != NULL) *event = false;
   if (terminate != NULL) *terminate = false;
   if (early != NULL) *early = false;
+  if (!present(i, 1)) return wrong(i);
   const int done = advance(i, time, step);
   if (reached != NULL) *reached = i->time;
   return done ? fmi3OK : wrong(i);
 }
 
 /* What a co-simulation FMU of this kind has no use for; each has its own arguments, of which only the first counts. */
-#define REFUSED(Name, ...)                                                    \
+#define REFUSED(Name, ...) \
   API fmi3Status fmi3##Name(fmi3Instance c, __VA_ARGS__) { return missing(c, #Name); }
 #define REFUSED_ALONE(Name) \
   API fmi3Status fmi3##Name(fmi3Instance c) { return missing(c, #Name); }

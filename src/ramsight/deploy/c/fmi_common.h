@@ -59,6 +59,15 @@ static void destroy(Instance *i) {
   free(i);
 }
 
+/* Whether there is an instance, and what a call with it points to. */
+static int present(Instance *i, int all) {
+  if (i != NULL && !all) snprintf(i->message, sizeof i->message, "a pointer is null");
+  return i != NULL && all;
+}
+
+/* Whether an array of so many is there. */
+static int array(const void *first, size_t count) { return first != NULL || count == 0; }
+
 /* Whether a call is one for this phase. */
 static int only(Instance *i, int phase, const char *call) {
   static const char *const names[] = {"instantiated", "initializing", "stepping", "terminated"};
@@ -149,12 +158,6 @@ static const char *get_state(const Instance *i, Kept **state) {
   return NULL;
 }
 
-static const char *set_state(Instance *i, const Kept *state) {
-  if (state == NULL) return "a state that is none";
-  give_back(i, state);
-  return NULL;
-}
-
 static void free_state(Kept **state) {
   if (state == NULL) return;
   free(*state);
@@ -172,7 +175,6 @@ static uint64_t sum_of(const unsigned char *bytes, size_t size) {
 #define KEPT_BYTES (sizeof(Kept) + sizeof(uint64_t))
 
 static const char *state_to_bytes(const Kept *state, void *bytes, size_t size) {
-  if (state == NULL) return "a state that is none";
   if (size < KEPT_BYTES) return "room for a state in so few bytes";
   memcpy(bytes, state, sizeof(Kept));
   const uint64_t sum = sum_of((const unsigned char *)bytes, sizeof(Kept));
@@ -182,9 +184,12 @@ static const char *state_to_bytes(const Kept *state, void *bytes, size_t size) {
 
 static const char *state_from_bytes(const void *bytes, size_t size, Kept **state) {
   uint64_t sum;
+  Kept read;
   if (size < KEPT_BYTES || memcmp(bytes, TOKEN, sizeof TOKEN) != 0) return "the state of another FMU";
   memcpy(&sum, (const unsigned char *)bytes + sizeof(Kept), sizeof sum);
   if (sum != sum_of((const unsigned char *)bytes, sizeof(Kept))) return "a state whose bytes are damaged";
+  memcpy(&read, bytes, sizeof read);
+  if (read.phase < INSTANTIATED || read.phase > TERMINATED || !(fabs(read.time) <= LATEST)) return "a state that is none";
   if (*state == NULL) *state = (Kept *)malloc(sizeof(Kept));
   if (*state == NULL) return "memory for a state";
   memcpy(*state, bytes, sizeof(Kept));

@@ -142,6 +142,7 @@ class Encoder:
         self._fastest = unit.max_speed * unit.travel_per_radian
         self._stored = Stored(self._node, parameters, settings.overrides or {}, self._save_now, self._refusal)
         self._short = False
+        self._missed = False  # samples, while the drive was gone; what the sensor says is from before that
         self._faults: set[Fault] = set()
         self._after_write: list[int] = []
         self._live = self._live_values()
@@ -287,6 +288,7 @@ class Encoder:
         if self._alive.take(self._listener.report(sample), self._second.period_of(frame.cob_id)):
             self._saving.forget()  # reports that were old have been used
         if self._second.is_there or not self._alive.is_new() or self._drive.gone:  # nobody knows whose it is, or when
+            self._missed = self._missed or self._drive.gone
             self._drive.sampled(self._now)
             self._look()
         else:
@@ -303,7 +305,7 @@ class Encoder:
         if estimate.status is Status.TIME_FROZEN:
             return
         self._drive.sampled(self._now)
-        self._sample, self._estimate = sample, estimate
+        self._sample, self._estimate, self._missed = sample, estimate, False
         self._beside.compare(self._now, sample, estimate, self._sensor.says(BOUND))
         after = self._sensor.state
         if any(after[name] != before[name] for name in (TIME, STARTED)):  # else it was passed over
@@ -355,7 +357,7 @@ class Encoder:
             Fault.STALE: self._alive.is_stale,
             Fault.DISABLED: self._alive.is_disabled,
             Fault.DRIVE_SILENT: self._drive.silent,
-            Fault.DRIVE_GONE: self._drive.gone,
+            Fault.DRIVE_GONE: self._drive.gone or self._missed,
             Fault.SHORT: self._short,
             Fault.STATE_DAMAGED: self._state_damaged,
             Fault.NOT_SAVED: self._saving.failed,

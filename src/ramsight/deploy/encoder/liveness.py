@@ -1,11 +1,12 @@
 """Whether the drive's data are alive: new, in time, of a drive that is enabled, by what its frames say of themselves.
 
-A frame that is frozen, zero or late looks like any other. Four things tell it, two of them where the map names them:
+A frame that is frozen, zero or late looks like any other. Five things tell it, two of them where the map names them:
 
 - a *sequence*, a number of the frame that goes on with each frame, or the counter of the SYNC that the frame answers;
 - *noise* of the torque: a report with noise repeats only so often in a row by chance (`control.repeats`); where none is
   declared, how often whole reports repeat is learned;
 - *zeros*: a motor that turns fast does not stand in the next report, with a torque of exactly 0;
+- the *sign*: nor does it turn as fast the other way round in the next report, and go on so;
 - the *state word* of the drive (6041h): a drive that is not enabled has no torque.
 """
 
@@ -32,6 +33,7 @@ _TURNS = 0.02  # of the highest speed; slower the motor rests
 _FAST = 0.1  # of the highest speed; a motor that turns faster is not stopped within a report
 _SHORTEST_STOP = 0.2  # s, from the highest speed; the torque for a shorter one would be reported
 _ZEROS = 2  # reports of zeros in a row; one may be disturbed
+_MIRRORED = 0.03  # of a speed, by which the one that follows may miss its opposite
 _DECLARED = 1e-3  # of a step; finer a report is not rounded
 
 
@@ -165,6 +167,7 @@ class Liveness:
         self._speed, self._habits = math.nan, {True: Habit(), False: Habit()}
         self._turned = False
         self._fastest, self._zeros = fastest, 0
+        self._sent, self._is_mirrored = -math.inf, False
         self.is_stale = self.is_disabled = False
         self._age = 0.0
 
@@ -190,10 +193,10 @@ class Liveness:
         moved = self._state(report)
         if not self.is_disabled:
             frozen = self._repeats(report, known) if self._noise > 0.0 else self._stands(report, known)
-        frozen = self._stops_at_once(report, known) or frozen
+        frozen = self._stops_at_once(report, known) or self._turns_round(report, known) or frozen
         forgets = frozen and not self.is_stale
         self.is_stale = late or frozen
-        self._speed, self._torque = report.speed, report.torque
+        self._speed, self._torque, self._sent = report.speed, report.torque, report.sent
         return forgets or moved
 
     def is_new(self) -> bool:
@@ -230,6 +233,15 @@ class Liveness:
         elif self._zeros > 0:
             self._zeros += 1
         return self._zeros >= _ZEROS
+
+    def _turns_round(self, report: Report, period: float) -> bool:
+        """Whether the speed has changed its sign alone from one report to the next, and kept it in this one."""
+        passed, before = report.sent - self._sent, self._speed
+        near = _MIRRORED * abs(before)
+        kept = self._is_mirrored and abs(report.speed - before) <= near
+        fast = abs(before) > self._fastest * max(_FAST, passed / _SHORTEST_STOP)
+        self._is_mirrored = fast and passed < 2.0 * period and abs(report.speed + before) <= near
+        return kept
 
     def _stands(self, report: Report, period: float) -> bool:
         """Whether the whole report repeats for longer than it did before, in motion or at rest."""

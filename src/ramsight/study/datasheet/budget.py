@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.argument_kinds import whole_argument
 from ramsight.errors import DescriptionError
 from ramsight.optional import needing
 from ramsight.study.datasheet.linear import Linear, linear_budget, nominal_run
@@ -34,6 +35,7 @@ _DAYS = 8  # days that are looked at for one with references enough
 _EVERY = 1.0  # s, at which an error counts
 _COUNTED = 0.95  # of the errors; the others count as the largest of these
 _ENOUGH = 60  # moments of a day with references enough
+_MOST_POINTS = 2**20  # base points
 
 
 @dataclass(frozen=True)
@@ -87,9 +89,10 @@ def check_base(base: int) -> None:
         base: how many; 0 for none.
 
     Raises:
-        DescriptionError: it is no power of two.
+        DescriptionError: it is no power of two, or too many.
     """
-    if base < 0 or base & (base - 1):
+    whole_argument(base, "budget", 0, _MOST_POINTS)
+    if base & (base - 1):
         raise DescriptionError("is no power of two", key="budget", value=base, allowed="0, 16, 32, 64, …")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
+from os.path import isfile
 
 from ramsight.duty.commissioning_duty import commissioning, usual_loads, usual_speed
 from ramsight.duty.duty_file import read_duty
@@ -49,7 +49,7 @@ class Work:
         Raises:
             DescriptionError: it is neither a name nor a file.
         """
-        if self.kind not in NAMED and not Path(self.kind).is_file():
+        if self.kind not in NAMED and not isfile(self.kind):
             raise DescriptionError(
                 "no such duty, and no such file: a table of time, speed and load",
                 key="duty",
