@@ -87,9 +87,19 @@ def test_a_target_that_is_none_leaves_the_last_one_and_another_order_forgets_it(
 def test_without_a_report_the_last_estimate_goes_on_with_its_velocity():
     last = Sensed(*(scalar(value) for value in (0.2, 1e-3, 0.05, 1e5, 0.0, 1.1, 0.9)))
     inputs = sample_of(BOOM, position=0.4, velocity=-0.1, leak=2.0).inputs
-    assert float(numbers(sensed_at(last, inputs, DT)).position) == 0.4
-    gone = numbers(sensed_at(last, replace(inputs, reported=scalar(0.0)), DT))
+    assert float(numbers(sensed_at(last, inputs, DT, 0.5)).position) == 0.4
+    gone = numbers(sensed_at(last, replace(inputs, reported=scalar(0.0)), DT, 0.5))
     assert [float(one.value) for one in leaves(gone)] == pytest.approx([0.201, 1e-3, 0.05, 1e5, 0.0, 1.1, 0.9])
+
+
+def test_a_rod_whose_position_is_unknown_goes_on_from_the_middle_within_the_stroke():
+    last = Sensed(*(scalar(value) for value in (0.49, math.nan, 0.6, 1e5, 30.0, 1.1, 0.9)))
+    unknown = sample_of(BOOM, position=math.nan, status=30.0).inputs
+    assert float(numbers(sensed_at(last, unknown, DT, 0.5)).position) == 0.5, "the whole of it was gone through"
+    first = replace(last, position=scalar(thresholds.NO_POSITION))
+    assert float(numbers(sensed_at(first, unknown, DT, 0.5)).position) == 0.25
+    back = replace(last, velocity=scalar(-0.5))
+    assert float(numbers(sensed_at(back, unknown, DT, 0.5)).position) == pytest.approx(0.49 - 0.5 * DT)
 
 
 @pytest.mark.parametrize(("reported", "accepted"), [(243.15, False), (243.16, True), (383.14, True), (383.15, False)])

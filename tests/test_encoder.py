@@ -230,7 +230,7 @@ def test_a_preset_is_a_reference(master):
     write(master, 0x6003, 10000)
     assert (master.position, master.alarms, master.warnings) == (10000, 0, 0)
     assert master.node.sdo[0x6003].raw == 10000
-    assert master.node.sdo[0x2010].raw * STEP < 3e-3
+    assert master.node.sdo[0x2010].raw * STEP < 4e-3, "at rest a load may change unseen"
     assert master.node.sdo[0x2014].raw > master.node.sdo[0x2010].raw
     assert master.node.sdo[0x2015].raw == 1
 

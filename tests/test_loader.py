@@ -228,7 +228,7 @@ def test_an_animation_shows_truth_and_estimate_and_needs_no_other_file(cycle, tm
     off = 5e-3  # m
     track = xarray.Dataset(
         {
-            "position": ("time", short["boom_position"].values + off),
+            "position": ("time", np.where(np.arange(200) < 50, np.nan, short["boom_position"].values + off)),
             "position_std": ("time", np.where(short["time"].values < 2.0, np.nan, 3e-3)),
             "status": ("time", np.where(np.arange(200) < 50, 30, 10), {"meaning": "10: due; 30: not referenced"}),
         },

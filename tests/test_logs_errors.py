@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from ramsight.errors import LogError, LogWarning, MissingColumnError, RamsightError
+from ramsight.errors import DescriptionError, LogError, LogWarning, MissingColumnError, RamsightError
 from ramsight.logs import open_log, read_log, read_truth
 
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c"
@@ -193,7 +193,7 @@ def test_a_file_that_is_none_says_so(tmp_path):
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(LogError, match="is a directory"):
         read_log(tmp_path / "folder.csv")
-    with pytest.raises(LogError, match="cannot be read"):
+    with pytest.raises(DescriptionError, match="holds a null character"):
         read_log("null\0character.csv")
     (tmp_path / "log.csv").write_bytes(PLAIN)
     with pytest.raises(LogError, match="cannot be read: Not a directory"):

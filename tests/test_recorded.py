@@ -102,6 +102,9 @@ def test_a_log_whose_start_nobody_knows_is_never_wrong_and_ok(sensors, name):
     found = judge(sensor.track(log), log["motor_speed"].values, position, stroke)
     limits = {"coverage": 0.93, "beyond_bound": 1e-4} | SHORT.get(name, {})
     assert found.wrong_and_ok <= 2e-3
+    if name == "bucket_free_air":  # presses that nothing decides: it has no position
+        assert np.isnan(found.coverage)
+        return
     assert found.coverage >= limits["coverage"]
     assert found.beyond_bound <= limits["beyond_bound"]
 

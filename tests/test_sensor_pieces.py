@@ -730,9 +730,9 @@ def test_however_soft_it_is_a_closed_volume_has_its_pressure_in_the_end(gripping
     shut, may_open = (10, behind), (20, behind | {"back": 0.01})
     said = gripped(gripping, 50.0, [(1, {}), shut, may_open])
     if gripping[0] == "released":
-        # 0.1 mm a sample: 1 mm filled it. 3.5 N m are no noise, 5 may be compliance: 1.5 of 10 are 15 % more oil.
-        assert np.flatnonzero(said)[0] == 12
-        assert said[12:].all()
+        # 0.1 mm a sample: 1 mm filled it; it may be softer by four deviations of 25 %, and 2 mm fill it surely.
+        assert np.flatnonzero(said)[0] == 21
+        assert said[21:].all()
     still_shut = gripped(gripping, 50.0, [(1, {}), (30, behind)])
     if gripping[0] == "released":
         assert not still_shut.any(), "it may still fill"

@@ -123,8 +123,8 @@ def test_in_the_first_scenario_the_sensor_finds_its_position_and_its_band_closes
     _, seen = played(FIRST)
     said = [row.estimates["kalman"] for row in seen]
     assert [one.status.validity for one in said[:3]] == ["not referenced", "uncertain", "ok"]
-    assert [one.position_std for one in said[:3]] == sorted((one.position_std for one in said[:3]), reverse=True)
-    assert said[0].position_std > 20.0 * said[3].position_std
+    assert math.isnan(said[0].position_std)
+    assert said[1].position_std > said[2].position_std
     assert abs(said[-1].position - seen[-1].position) < 5e-3
 
 

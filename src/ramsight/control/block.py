@@ -137,7 +137,7 @@ def _stepped(
     state: ControlState, inputs: Inputs, acceleration: Scalar, by: Actuation, declared: Declaration
 ) -> tuple[ControlState, Sequence[Real]]:
     """A sample: what is known, what is asked for, what may go on, what each activity asks for, what follows it."""
-    sensed = sensed_at(state.sensed, inputs, by.period)
+    sensed = sensed_at(state.sensed, inputs, by.period, float(by.unit.cylinder.stroke))
     temperature = smoothed_temperature(state.oil_temperature, inputs, by.period)
     by = replace(by, leak=sensed.leak, displacement=sensed.displacement, temperature=temperature)
     order, orders = read_orders(state.order, inputs, by.unit.cylinder.stroke)
@@ -191,8 +191,9 @@ def _judged(
     placeless: Condition = place == NO_PLACE if by.holding.stands else True
     homes = all_of(any_of(presses, all_of(rests, placeless)), now.reliance.homing)
     # A sensor that knows no position says so, and gives none; before its first report there is NO_POSITION.
-    missing = all_of(negated(abs(position) <= LARGEST_NUMBER), negated(now.reliance.none))
-    unusable = any_of(all_of(now.reliance.none, negated(homes)), missing, abs(position) > LARGEST_NUMBER)
+    reported = all_of(now.inputs.reported != 0.0, negated(now.reliance.none))
+    missing = all_of(reported, negated(abs(now.inputs.position) <= LARGEST_NUMBER))
+    unusable = any_of(all_of(now.reliance.none, negated(homes)), missing, negated(abs(position) <= LARGEST_NUMBER))
     matters = any_of(negated(rests), now.motor_speed != 0.0)
     slowing = {verdict: holds for verdict, holds in verdicts.items() if not verdict.stops or verdict is Verdict.STALLED}
     notice: Scalar = scalar(Notice.DRIVE + VERDICTS.index(Verdict.OBEYS))

@@ -9,9 +9,9 @@ from enum import Enum
 import casadi as ca
 
 from ramsight.control.orders import Inputs
-from ramsight.control.thresholds import COLDEST_OIL, HOTTEST_OIL, NO_POSITION
+from ramsight.control.thresholds import COLDEST_OIL, HOTTEST_OIL, LARGEST_NUMBER, NO_POSITION
 from ramsight.engine.typed_state import chosen, leaf
-from ramsight.expression import Flag, Scalar, all_of, any_of, negated
+from ramsight.expression import Flag, Scalar, all_of, any_of, negated, within
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import OIL_TIME_CONSTANT
 
@@ -67,14 +67,25 @@ class Sensed:
     displacement: Scalar = leaf("1", 1.0)  # factor of the displacement
 
 
-def sensed_at(last: Sensed, inputs: Inputs, period: float) -> Sensed:
-    """The estimate of a sample; without a report the last one, moved on by its velocity over a period [s]."""
+def sensed_at(last: Sensed, inputs: Inputs, period: float, stroke: float) -> Sensed:
+    """The estimate of a sample; without a report the last one, moved on by its velocity.
+
+    A sensor that has no position has a velocity. From the middle of the stroke on, and within it, that leads to an end
+    once the rod has gone through the whole of the stroke, wherever it was: a visit that began anywhere finds it.
+
+    Args:
+        last: of the sample before.
+        inputs: of this one.
+        period: between them [s].
+        stroke: of the cylinder [m].
+    """
+    moved = last.position + period * last.velocity
+    began = ca.if_else(abs(last.position) <= LARGEST_NUMBER, moved, 0.5 * stroke)
+    position = ca.if_else(abs(inputs.position) <= LARGEST_NUMBER, inputs.position, within(began, 0.0, stroke))
     new = Sensed(
-        inputs.position, inputs.position_std, inputs.velocity, inputs.load, inputs.status, inputs.leak,
-        inputs.displacement,
-    )  # fmt: skip
-    gone_on = replace(last, position=last.position + period * last.velocity)
-    return chosen(inputs.reported != 0.0, new, gone_on)
+        position, inputs.position_std, inputs.velocity, inputs.load, inputs.status, inputs.leak, inputs.displacement
+    )
+    return chosen(inputs.reported != 0.0, new, replace(last, position=moved))
 
 
 def smoothed_temperature(before: Scalar, inputs: Inputs, period: float) -> Scalar:

@@ -74,7 +74,7 @@ class Estimate:
         >>> sensor.start(position=0.1)  # m
         >>> now = sensor.step(time=0.0, motor_speed=0.0, motor_torque=0.0, oil_temperature=313.15)
         >>> now.position, round(now.position_std, 4), now.status.text
-        (0.1, 0.0019, 'uncertain: reference due')
+        (0.1, 0.0021, 'uncertain: reference due')
     """
 
     position: float

@@ -203,10 +203,9 @@ def look_for_release(
         ca.if_else(pushing, ca.if_else(shut, now, before), 0.0)
         for now, before in ((delivered, state.filled), (ca.fabs(built), state.built))
     )
-    softer = USUAL_STDS * compliance * ca.fabs(built)
-    # A volume that is softer by as much has the rest of its pressure once it has got as much more oil.
-    full = filled * (over - softer) + delivered * built_shut - filled * ca.fabs(built) > 0.0
-    yields = all_of(pushing, over > 0.0, any_of(over > softer, full))
+    # However soft it is, a volume has all of its pressure once it has got as much more oil.
+    full = delivered * built_shut > (1.0 + SURE_STDS * compliance) * filled * ca.fabs(built)
+    yields = all_of(pushing, over > 0.0, any_of(over > USUAL_STDS * compliance * ca.fabs(built), full))
     drawn = _drawn(state, step, back, compliance)
     behind = any_of(all_of(pushing, missing > compliance * rise), all_of(back, drawn.behind))
     most_behind = ca.if_else(pushing, missing + compliance * rise, drawn.most_behind)
