@@ -1,6 +1,7 @@
 """A control that is taken over by hand, kept from pushing, cut from its power, and planned for."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -189,7 +190,8 @@ def test_a_reference_is_due_sooner_if_less_is_known_or_more_is_asked():
 
 
 def test_what_is_predicted_is_near_what_the_sensor_then_says():
-    loop = loop_of(BOOM)
+    """Where no load is assumed to change at rest, which the plan leaves out."""
+    loop = loop_of(replace(BOOM, assumptions=BOOM.assumptions.replace({"machine.unseen_load": 0.01})))
     for lifted in (False, True):
         loop.home("boom", lifted=lifted)
     load, control = 0.3 * limits_of(BOOM).load, loop.controls["boom"]
@@ -199,7 +201,7 @@ def test_what_is_predicted_is_near_what_the_sensor_then_says():
         known = known.after(Leg(target - place, load, control.limits.speed))
         loop.go({"boom": target})
         place = target
-        # The sensor adds what the load may have moved unseen, and a band around what it believes.
+        # The sensor adds a band around what it believes.
         assert 0.4 < known.std / loop.records["boom"].estimate[-1].position_std < 1.1
 
 
