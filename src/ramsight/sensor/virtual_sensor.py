@@ -140,7 +140,8 @@ class Report:
         usual = dict(zip(OUTPUTS, (self.position, self.std, self.velocity, self.load, self._status), strict=True))
         found = usual | {name: value for name, (value, _) in self.more.items()}
         if self.known is not None:
-            found |= {one: ca.if_else(self.known, found[one], math.nan) for one in OF_POSITION if one in found}
+            nothing = ca.if_else(self.known, 0.0, math.nan)  # added, it leads into no branch
+            found |= {one: found[one] + nothing for one in OF_POSITION if one in found}
         return list(found.values())
 
     @property
