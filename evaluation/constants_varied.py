@@ -17,6 +17,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import textwrap
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -33,6 +34,8 @@ FACTOR = 1.5
 UNITS = ("boom", "bucket")
 SEED = 11
 """Of the simulated logs."""
+BASE = "as they are"
+"""The row of the constants that nothing has changed."""
 FIGURES = ("p95", "coverage", "wrong_and_ok", "ok", "beyond_bound")
 _SIGNALS = {"motor_speed": "rad/s", "motor_torque": "N m", "oil_temperature": "K"}
 
@@ -159,24 +162,27 @@ def summary(found: dict[str, Any], base: dict[str, dict[str, float]]) -> dict[st
     }
 
 
-def moves(row: dict[str, Any]) -> bool:
-    """Whether a constant moves anything: a position, a status, or whether a sensor can be made."""
-    return any("fails" in one or one["moves"] > 0.0 or one["otherwise"] > 0.0 for one in row.values())
+def moves(row: dict[str, Any], base: dict[str, Any]) -> bool:
+    """Whether a constant moves anything: a position, a status, a band, or whether a sensor can be made."""
+    return any("fails" in one or any(one[key] != base[key] for key in base if key != "in") for one in row.values())
 
 
 def table(found: dict[str, Any]) -> list[str]:
     """The table of the constants that move something, and the others."""
+    base = found[BASE]
+    varied = {name: row for name, row in found.items() if name != BASE}
     rows = [
         "| constant | largest change, × | ÷ | p95 rises by, × | ÷ | band, least, × | ÷ | wrong and ok, most, × | ÷ |",
         "|---" * 9 + "|",
     ]
+    rows += [f"| {BASE} | " + " | ".join(cell(base) for cell in _CELLS for _ in range(2)) + " |"]
     rows += [
         f"| `{name}` | " + " | ".join(cell(one) for cell in _CELLS for one in (row["times"], row["over"])) + " |"
-        for name, row in found.items()
-        if moves(row)
+        for name, row in varied.items()
+        if moves(row, base)
     ]
-    still = ", ".join(f"`{name}`" for name, row in found.items() if not moves(row))
-    return [*rows, "", f"These move nothing on these logs: {still}."]
+    still = textwrap.wrap(" ".join(name for name, row in varied.items() if not moves(row, base)), 110)
+    return [*rows, "", "These move nothing on these logs:", "", "```text", *still, "```"]
 
 
 def _cell(key: str, factor: float, digits: int, unit: str) -> Callable[[dict[str, Any]], str]:
@@ -208,12 +214,14 @@ def variant(name: str, factor: float, folder: Path) -> dict[str, Any]:
 
 
 def study(chosen: list[str], jobs: int) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Each constant with what became of both variants."""
+    """The constants as they are, then each with what became of both variants."""
     with tempfile.TemporaryDirectory() as text:
         folder = Path(text)
         (folder / "tracks").mkdir()
         prepare(folder)
         base = variant(names()[0], 1.0, folder)
+        unmoved = {name: one | {"moves": 0.0, "otherwise": 0.0} for name, one in base.items()}
+        yield BASE, summary(unmoved, base)
 
         def both(name: str) -> tuple[str, dict[str, Any]]:
             found = {how: variant(name, by, folder) for how, by in (("times", FACTOR), ("over", 1.0 / FACTOR))}
@@ -238,10 +246,10 @@ def main() -> None:
         return
     found = json.loads(asked.out.read_text(encoding="utf-8")) if asked.only and asked.out.exists() else {}
     chosen = asked.only or names()
-    with progress(len(chosen), "constants varied") as bar:
+    with progress(1 + len(chosen), "constants varied") as bar:
         for name, figures in study(chosen, asked.jobs):
             found[name] = figures
-            ordered = {one: found[one] for one in names() if one in found}
+            ordered = {one: found[one] for one in (BASE, *names()) if one in found}
             write_text(json.dumps(ordered, indent=1) + "\n", asked.out)
             bar.advance(1)
 

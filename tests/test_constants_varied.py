@@ -48,16 +48,20 @@ def test_the_worst_log_is_what_a_variant_comes_to(script):
     unknown = float("nan")
     assert script.summary({"a": HELD | still | {"p95": unknown}, "b": HELD | still}, base)["in"] == "b"
     nothing = script.summary({"a": HELD | still, "b": HELD | still}, base)
-    assert script.moves({"times": found, "over": nothing})
-    assert not script.moves({"times": nothing, "over": nothing})
-    assert script.moves({"times": nothing, "over": {"fails": "ValueError"}})
-    rows = script.table({"A": {"times": found, "over": nothing}, "B": {"times": nothing, "over": nothing}})
-    assert rows[2].startswith("| `A` | 20.0 mm | 0.0 mm | 3.0 mm | 0.0 mm | 90.0 % | 97.0 % |")
-    assert rows[-1] == "These move nothing on these logs: `B`."
+    narrower = script.summary({"a": HELD | still | {"coverage": 0.96}, "b": HELD | still}, base)
+    assert script.moves({"times": found, "over": nothing}, nothing)
+    assert script.moves({"times": nothing, "over": narrower}, nothing), "a band that is another moves something"
+    assert not script.moves({"times": nothing, "over": nothing}, nothing)
+    assert script.moves({"times": nothing, "over": {"fails": "ValueError"}}, nothing)
+    still_there = {"times": nothing, "over": nothing}
+    rows = script.table({script.BASE: nothing, "A": {"times": found, "over": nothing}, "B": still_there})
+    assert rows[2].startswith("| as they are | 0.0 mm | 0.0 mm | 0.0 mm | 0.0 mm | 97.0 % |")
+    assert rows[3].startswith("| `A` | 20.0 mm | 0.0 mm | 3.0 mm | 0.0 mm | 90.0 % | 97.0 % |")
+    assert rows[-3:] == ["```text", "B", "```"]
 
 
 def test_the_page_has_what_was_found_of_constants_that_there_are(script):
     found = json.loads((ROOT / "results" / "constants.json").read_text(encoding="utf-8"))
-    assert set(found) <= set(script.names())
+    assert set(found) <= {script.BASE, *script.names()}
     page = (ROOT / "docs" / "reference" / "sensitivity.md").read_text(encoding="utf-8")
     assert "\n".join(script.table(found)) in page
