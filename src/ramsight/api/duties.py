@@ -83,10 +83,10 @@ def lift_lower(
         >>> round(duty.duration, 1), float(duty.load(0.0)), round(duty.start_position, 3)
         (20.0, 441000.0, 0.14)
     """
-    reader = _Reader(build(machine, unit))
+    reader = _Reader(machine, unit)
     return cycles_of(
         reader.unit,
-        reader.loads(with_names(load, named_loads(machine, unit))),
+        reader.loads(load),
         reader.temperature(oil_temperature),
         motor_speed=reader.speed(speed),
         ramp=reader.read(ramp, "s", "ramp", "1 ms", "100 s"),
@@ -167,7 +167,7 @@ def duty_for(
             raise DescriptionError("is missing: what is to be lifted?", key="load", allowed="'441 kN'")
         cycle = {name: value for name, value in passed.items() if value is not None}
         return lift_lower(machine, oil_temperature=oil_temperature, unit=unit, **cycle)  # type: ignore[arg-type]
-    reader = _Reader(build(machine, unit))
+    reader = _Reader(machine, unit)
     built, kelvin, begin = reader.unit, reader.temperature(oil_temperature), reader.start(start)
     if str(kind) not in _TAKES:
         return read_duty(kind, built, kelvin, above_lowered_end(built, START) if begin is None else begin)
@@ -175,7 +175,7 @@ def duty_for(
     number = 0 if seed is None else reader.count(seed, "seed", 0, 2**63)
     if str(kind) in USES:
         return loader_work(built, str(kind), kelvin, duration=lasts, start_position=begin, seed=number)
-    loads = usual_loads(built) if load is None else reader.loads(with_names(load, named_loads(machine, unit)))
+    loads = usual_loads(built) if load is None else reader.loads(load)
     if kind == "work-day":
         range_ = (min(loads), max(loads))
         return work_day(built, range_, kelvin, duration=lasts, start_position=begin, seed=number)
@@ -252,22 +252,26 @@ class _Reader:
     """Reads what a person gives, within what a unit can do.
 
     Args:
-        unit: the unit.
+        machine: the unit, or what `build` makes one of; a file is read once.
+        unit: name of the unit, if the machine has several.
     """
 
-    def __init__(self, unit: HydraulicUnit) -> None:
-        self.unit = unit
+    def __init__(self, machine: AnyUnit, unit: str | None) -> None:
+        described = load_machine(machine) if isinstance(machine, str | Path) else machine
+        self.unit = build(described, unit)
+        self._named = named_loads(described, unit)
 
     def read(self, value: Quantity, si: str, name: str, least: str, most: str) -> float:
         """A quantity within a range."""
         return argument(value, si, name, least=least, most=most)
 
-    def loads(self, load: Sequence[Quantity]) -> tuple[float, ...]:
+    def loads(self, load: Loads) -> tuple[float, ...]:
         """One load or several [N]."""
-        if not load:
+        several = with_names(load, self._named)
+        if not several:
             raise DescriptionError("there is none", key="load", allowed="'441 kN'")
-        check_loads(self.unit, load)
-        return tuple(self.read(one, "N", "load", "-10000 kN", "10000 kN") for one in load)
+        check_loads(self.unit, several)
+        return tuple(self.read(one, "N", "load", "-10000 kN", "10000 kN") for one in several)
 
     def temperature(self, oil_temperature: Quantity) -> float:
         """An oil temperature that the oil's data hold for [K]."""

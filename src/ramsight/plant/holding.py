@@ -32,13 +32,18 @@ def opening_speed(unit: HydraulicUnit) -> float:
     return max((abs(float(valve.opening_speed)) for valve in holding_valves(unit)), default=0.0)
 
 
+def _joined_to_load(unit: HydraulicUnit) -> frozenset[str]:
+    """Nodes that have the pressure of the chamber which holds the load, while nothing flows."""
+    chamber = unit.cylinder.node_a if unit.held == "a" else unit.cylinder.node_b
+    return reach(unit.parts(), chamber, "joins")
+
+
 def held_by_valve(unit: HydraulicUnit) -> bool:
     """Whether a valve keeps the load's oil where it is at rest, so that the rod stands.
 
     Not where a pump, an orifice, a leaking seal or an unknown part is joined to the chamber.
     """
-    chamber = unit.cylinder.node_a if unit.held == "a" else unit.cylinder.node_b
-    joined = reach(unit.parts(), chamber, "joins")
+    joined = _joined_to_load(unit)
     touching = [part for part in unit.parts() if joined & {str(value) for value in vars(part).values()}]
     return unit.cylinder.seal_leak is None and all(isinstance(part, _TIGHT) for part in touching)
 
@@ -68,8 +73,7 @@ class TrappedOil:
             '2.5 l, 0.045 mm/kN'
         """
         model = circuit(unit)
-        ode, chamber = model.ode, unit.cylinder.node_a if unit.held == "a" else unit.cylinder.node_b
-        nodes = sorted(reach(unit.parts(), chamber, "joins") & set(model.nodes))
+        ode, nodes = model.ode, sorted(_joined_to_load(unit) & set(model.nodes))
         outputs = {output.name: output.expression for output in ode.outputs}
         sums = [sum(outputs[f"{what}_{node}"] for node in nodes) for what in ("volume", "capacity")]
         function = ca.Function("trapped", [ode.x, ode.u, ode.slope, ode.p], [ca.vertcat(*sums)])
