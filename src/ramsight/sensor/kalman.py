@@ -32,7 +32,15 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.bank import Bank
 from ramsight.sensor.belief.bank_state import BankState, StartOfPosition
 from ramsight.sensor.belief.link_angle import LinkState
-from ramsight.sensor.belief.update import ContactEvidence, Prediction, Updated, UpdateState, measure, predict
+from ramsight.sensor.belief.update import (
+    ContactEvidence,
+    Predicted,
+    Prediction,
+    Updated,
+    UpdateState,
+    measure,
+    predict,
+)
 from ramsight.sensor.checks.drive_check import DriveChecks, DriveState, check_drive
 from ramsight.sensor.checks.inertia_check import InertiaState, check_inertia, shaft_inertia
 from ramsight.sensor.checks.pressure_check import PressureCheckState, check_pressures
@@ -51,9 +59,9 @@ from ramsight.sensor.inputs.torque_zero import TorqueZeroState, correct_zero
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import FACTOR_OF, Quantity
-from ramsight.sensor.report.report import Outcome, ReportState, report
+from ramsight.sensor.report.report import Aside, Outcome, ReportState, report
 from ramsight.sensor.thresholds import LOAD_KNOWN_SHARE
-from ramsight.sensor.virtual_sensor import Section, VirtualSensor, close
+from ramsight.sensor.virtual_sensor import Report, Section, VirtualSensor, close
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,15 +154,44 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None, kinds: S
         A sensor with position, standard deviation, velocity, load and status, and beside them the chambers' pressures
         and the factors. It needs no position at the start: it reports *not referenced* until it finds one.
     """
-    assumed = assumptions or unit.assumptions
-    lever = _lever(unit, assumed)
-    if MOTOR_TEMPERATURE in declared_inputs(assumed):
-        assumed = gain_with_magnets(assumed)
-    model = replace(MachineModel.of(unit, assumed), kinds=tuple(kinds))
-    measured = declared_inputs(assumed)
-    raw = Raw.symbols(model.balance.model.commands, measured)
-    initial = KalmanState.initial(model, measured)
-    return Pipe(model, lever, raw).sensor(initial)
+    return Pipe.of(unit, assumptions, kinds).passage().sensor()
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A sample's way through the stages.
+
+    Attributes:
+        pipe: the stages.
+        initial: state before the first sample.
+        before, after: state before and after this one.
+        at: the balance's step.
+        predicted: the hypotheses before any measurement.
+        came_to: nominal position before any measurement [m].
+        updated: what is known after it.
+        outcome: the position after it.
+        aside: what is said of the sample whatever the hypotheses say.
+        said: what is reported.
+        sections: what each stage leads to.
+    """
+
+    pipe: Pipe
+    initial: KalmanState
+    before: KalmanState
+    after: KalmanState
+    at: Prediction
+    predicted: Predicted
+    came_to: Scalar
+    updated: Updated
+    outcome: Outcome
+    aside: Aside
+    said: Report
+    sections: Sequence[Section]
+
+    def sensor(self) -> VirtualSensor:
+        """The compiled recursion of all stages."""
+        table, raw = self.pipe.model.table, self.pipe.raw
+        return close("kalman", table, raw, self.initial, self.before, self.after, self.said, self.sections)
 
 
 @dataclass(frozen=True)
@@ -165,36 +202,71 @@ class Pipe:
         model: of the machine.
         lever: position over the link's angle, where that is measured.
         raw: the sample.
+        measured: further inputs.
     """
 
     model: MachineModel
     lever: Lever | None
     raw: Raw
+    measured: tuple[str, ...]
 
-    def sensor(self, initial: KalmanState) -> VirtualSensor:
-        """The compiled recursion of all stages."""
-        model, state = self.model, symbols(initial)
+    @classmethod
+    def of(cls, unit: HydraulicUnit, assumptions: Assumptions | None = None, kinds: Sequence[Kind] = KINDS) -> Pipe:
+        """Of a unit.
+
+        Args:
+            unit: the unit's parts.
+            assumptions: of drive, thermometer, machine and stops; by default what the unit declares.
+            kinds: of the hypotheses.
+        """
+        assumed = assumptions or unit.assumptions
+        lever = _lever(unit, assumed)
+        if MOTOR_TEMPERATURE in declared_inputs(assumed):
+            assumed = gain_with_magnets(assumed)
+        model = replace(MachineModel.of(unit, assumed), kinds=tuple(kinds))
+        measured = declared_inputs(assumed)
+        return cls(model, lever, Raw.symbols(model.balance.model.commands, measured), measured)
+
+    def passage(self) -> Passage:
+        """A sample's way through all stages."""
+        model, initial = self.model, KalmanState.initial(self.model, self.measured)
+        state = symbols(initial)
         magnets, raw = self._magnets(state)
         intake_state, sample, intake = check_inputs(state.intake, raw, model)
         title = "Input check: what of the sample is possible, and what stands in for the rest"
         sections = [Section(title, (intake, sample.motor_speed, sample.motor_torque, sample.oil_temperature))]
         torque_zero, sample = self._zero(state, sample)
         state_1 = replace(state, magnets=magnets, intake=intake_state, torque_zero=torque_zero)
-        stepped, state_2 = self._step(state, state_1, sample, intake)
+        at, state_2 = self._step(state, state_1, sample, intake)
         title = (
             "Balance: a step of the circuit's equations under the load that the torque corrects, and its derivatives"
         )
-        sections.append(Section(title, (stepped.step, stepped.travel_by, stepped.torque_by)))
-        bank = self._bank(state, stepped.sample)
-        met, state_3 = self._meet(state, state_2, bank, stepped)
+        sections.append(Section(title, (at.step, at.travel_by, at.torque_by)))
+        bank = self._bank(state, at.sample)
+        met, state_3 = self._meet(state, state_2, bank, at)
         title = "Contacts: whether the piston stands on something, and where"
         sections.append(Section(title, (met.contact, met.relief.probability)))
-        updated, outcome, state_4 = self._update(state, state_3, bank, stepped, met)
+        predicted = predict(state.update, bank, at, met, model)
+        came_to, state_4 = self._release(state, state_3, at, met)
+        updated, outcome, state_5 = self._update(state, state_4, predicted, at, met, came_to)
         title = "Update: the filters of what is unknown of machine and ends, by torque, contact or reference"
-        sections.append(Section(title, state_4, updated.measured.stages))
-        report_state, said = report(state.report, stepped, met, updated, outcome, model)
-        after = passed_over(intake.passed_over, state, replace(state_4, report=report_state))
-        return close("kalman", model.table, self.raw, initial, state, after, said, sections)
+        sections.append(Section(title, state_5, updated.measured.stages))
+        report_state, said, aside = report(state.report, at, met, updated, outcome, model)
+        after = passed_over(intake.passed_over, state, replace(state_5, report=report_state))
+        return Passage(
+            pipe=self,
+            initial=initial,
+            before=state,
+            after=after,
+            at=at,
+            predicted=predicted,
+            came_to=came_to,
+            updated=updated,
+            outcome=outcome,
+            aside=aside,
+            said=said,
+            sections=sections,
+        )
 
     def _magnets(self, state: KalmanState) -> tuple[MagnetState | None, Raw]:
         """The sample with the torque of warm magnets, where that is declared."""
@@ -286,19 +358,30 @@ class Pipe:
         met = ContactEvidence(contact, nominal, Relief(probability, state.update.passed_relief))
         return met, replace(after, contact=contact_state)
 
-    def _update(
-        self, state: KalmanState, after: KalmanState, bank: Bank, at: Prediction, met: ContactEvidence
-    ) -> tuple[Updated, Outcome, KalmanState]:
-        """The filters, the position, and the circuit's pressures after the sample."""
-        model, hold, place = self.model, met.contact.hold, met.contact.place
-        predicted, flow = predict(state.update, bank, at, met, model)
+    def _release(
+        self, state: KalmanState, after: KalmanState, at: Prediction, met: ContactEvidence
+    ) -> tuple[Scalar, KalmanState]:
+        """The nominal position before any measurement [m]; a stop gives way, and what it gives back is travel."""
+        hold, place = met.contact.hold, met.contact.place
         release = Release(hold.released, hold.held, hold.shown)
-        before = within(state.position, 0.0, float(model.unit.cylinder.stroke))
-        unheld, load, came = release_load(state.unheld, after.load, before, release, at.step.motion.give, model)
-        update, link, updated = measure(state.update, state.link, predicted, at, met, flow, self.lever, model)
-        # A stop gives way; what it gives back once the piston is released is travel.
+        before = within(state.position, 0.0, float(self.model.unit.cylinder.stroke))
+        unheld, load, came = release_load(state.unheld, after.load, before, release, at.step.motion.give, self.model)
         back = ca.if_else(hold.released, hold.give_back, 0.0) + came
         came_to = ca.if_else(place.found, place.position, met.nominal + back)
+        return came_to, replace(after, unheld=unheld, load=load)
+
+    def _update(
+        self,
+        state: KalmanState,
+        after: KalmanState,
+        predicted: Predicted,
+        at: Prediction,
+        met: ContactEvidence,
+        came_to: Scalar,
+    ) -> tuple[Updated, Outcome, KalmanState]:
+        """The filters, the position, and the circuit's pressures after the sample."""
+        model = self.model
+        update, link, updated = measure(state.update, state.link, predicted, at, met, self.lever, model)
         nominal = came_to + updated.measured.moved
         means = updated.bank.means()
         changes = {name: means[one] - at.linearised_at[one] for name, one in FACTOR_OF.items()}
@@ -317,8 +400,7 @@ class Pipe:
             position_known=outcome.known,
             position_variance=ca.fmax(updated.bank.variance(), 0.0),
             referenced_since_power_up=outcome.referenced_now,
-            load=shifted(load, changes),
-            unheld=unheld,
+            load=shifted(after.load, changes),
             contact=moved(after.contact, met.contact, nominal, updated.measured.moved),
             bank=updated.bank.rewound(met.nominal - came_to).closed(),
             link=link,

@@ -26,6 +26,7 @@ from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, flag,
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.belief.bank_state import ENDS, BankState, StartOfPosition, stepping
 from ramsight.sensor.belief.hypothesis import Hypothesis, choose
+from ramsight.sensor.belief.lineage import parents, used
 from ramsight.sensor.belief.measurement import Applied, Measurement, applied, tempered
 from ramsight.sensor.belief.mixture import Mixture, bayes, flag_of_likeliest, of_likeliest
 from ramsight.sensor.belief.reach import Reach
@@ -352,24 +353,25 @@ class Bank:
         hypotheses = bayes([one.hypothesis for one in each], tempered(each, self._counts(low, top)))
         fits = flag_of_likeliest(hypotheses, [one.fits for one in each])
         accepted = self._if_used(m.use, fits, flag(False))
-        newest = ca.fmin(of_likeliest(hypotheses, [one.normal for one in each]), INNOVATION_MOST)
+        normal = of_likeliest(hypotheses, [one.normal for one in each])
+        newest = ca.fmin(normal, INNOVATION_MOST)
         before = self.state.innovations
         innovations = ca.if_else(fits, before + INNOVATION_GAIN * (newest - 1.0 - before), before)
         by_low = self._placed(self.state.by_low, all_of(low, each[-1].fits), lost_before)
         by_top = self._placed(self.state.by_top, all_of(top, each[-1].fits), lost_before)
         what = Placed(low, top, by_low, by_top, fits, is_reading)
-        renewed, how = renewal(self.hypotheses, hypotheses, m, each, what, model)
+        renewed, how = renewal(self.hypotheses, hypotheses, m, each, what, lost_before, model)
         final = [choose(m.use, new, old) for new, old in zip(renewed, self.hypotheses, strict=True)]
         moved = of_likeliest(final, [h.mean[Quantity.POSITION] for h in final])
         centred = tuple(h.shifted(-moved) for h in final)
-        found, lost = (self._if_used(m.use, one, flag(False)) for one in (how.found, how.lost))
+        found, lost = (self._if_used(m.use, one, flag(False)) for one in (how.births.found, how.lost))
         way = self._way_after(m, moved, found)
         state = replace(
             self.state,
             hypotheses=centred,
             innovations=ca.if_else(m.use, innovations, before),
             band_width=self._widened(ca.sqrt(newest), fits, m.use),
-            entered=all_of(self.state.entered, negated(self._if_used(m.use, how.restarts, flag(False)))),
+            entered=all_of(self.state.entered, negated(self._if_used(m.use, how.births.restarts, flag(False)))),
             confirmed=any_of(self.state.confirmed, accepted),
             by_obstacle=self._if_used(m.use, how.by_obstacle, self.state.by_obstacle),
             below=way.below,
@@ -380,13 +382,20 @@ class Bank:
             room=ca.if_else(lost, 1.0, self.state.room),
             met_low=self.state.met_low + count(all_of(accepted, low)),
             met_top=self.state.met_top + count(all_of(accepted, top)),
-            by_low=self._if_used(m.use, all_of(by_low, negated(how.restarts)), self.state.by_low),
-            by_top=self._if_used(m.use, all_of(by_top, negated(how.restarts)), self.state.by_top),
+            by_low=self._if_used(m.use, all_of(by_low, negated(how.births.restarts)), self.state.by_low),
+            by_top=self._if_used(m.use, all_of(by_top, negated(how.births.restarts)), self.state.by_top),
         )
         together = self.together.reweighed(centred, m.use, renewed)
         together = replace(together, wrong=self._assumed(state, self.model))
         bank = replace(self, state=state, together=together, position=self.position + moved)
-        return bank, Measured(accepted, all_of(m.use, negated(accepted)), moved, stages)
+        return bank, Measured(
+            accepted=accepted,
+            rejected=all_of(m.use, negated(accepted)),
+            moved=moved,
+            normal=ca.if_else(m.use, normal, 0.0),
+            parents=used(m.use, parents(model.kinds, how.births), model.kinds),
+            stages=stages,
+        )
 
     def _way_after(self, m: Measurement, moved: Scalar, found: Flag) -> _Way:
         """The way after a measurement of the place, which moved the nominal position, or has found it again.
@@ -456,18 +465,6 @@ class Bank:
     def variance(self) -> Scalar:
         """Of the position over all hypotheses, about the nominal one [m2] (`Mixture.variance`)."""
         return self.together.variance(self.reach)
-
-    def band(self, others: Scalar) -> tuple[Scalar, Scalar]:
-        """How far below and above the position the truth is in 95 of 100 cases [m], by references (`Mixture.band`)."""
-        return self.together.band(self.state.band_width, others, self.reach)
-
-    def beyond(self, limit: Scalar, others: Scalar) -> Scalar:
-        """Probability that the error of the position is larger than a limit [m] (`Mixture.beyond`)."""
-        return self.together.beyond(limit, self.state.band_width, others, self.reach)
-
-    def bound(self, others: Scalar) -> Scalar:
-        """The error that no more than `RISK` of the samples exceed [m], by references (`Mixture.bound`)."""
-        return self.together.bound(self.state.band_width, others)
 
     def factor_std(self, quantity: Quantity) -> Scalar:
         """Standard deviation of a factor under the likeliest hypothesis [1]."""

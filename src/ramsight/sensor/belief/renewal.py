@@ -19,8 +19,9 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, negated, scalar
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, flag, negated, scalar
 from ramsight.sensor.belief.hypothesis import Hypothesis, choose
+from ramsight.sensor.belief.lineage import Births, Parent, followed
 from ramsight.sensor.belief.measurement import Applied, Measurement, applied, either
 from ramsight.sensor.belief.mixture import leads
 from ramsight.sensor.kind import Kind
@@ -37,12 +38,16 @@ class Measured:
         accepted: whether the likeliest hypothesis used it.
         rejected: whether it did not.
         moved: by how much that moved the nominal position [m].
+        normal: its squared innovation over its variance, under the likeliest [1].
+        parents: of each hypothesis after it.
         stages: the hypotheses before it, and as it corrected each.
     """
 
     accepted: Flag
     rejected: Flag
     moved: Scalar
+    normal: Scalar
+    parents: tuple[Parent, ...]
     stages: tuple[Sequence[Hypothesis], ...]
 
     def followed(self, by: Measured) -> Measured:
@@ -51,6 +56,8 @@ class Measured:
             accepted=any_of(self.accepted, by.accepted),
             rejected=any_of(self.rejected, by.rejected),
             moved=self.moved + by.moved,
+            normal=ca.fmax(self.normal, by.normal),
+            parents=followed(self.parents, by.parents),
             stages=(*self.stages, *by.stages),
         )
 
@@ -79,14 +86,12 @@ class Renewed:
     """What became of the hypotheses.
 
     Attributes:
-        found: whether the position was found again.
-        restarts: whether *unknown position* begins again.
-        by_obstacle: whether it is that the measurement was of an obstacle.
+        births: of them.
+        by_obstacle: whether *unknown position* is that the measurement was of an obstacle.
         lost: whether it has lost its place.
     """
 
-    found: Flag
-    restarts: Flag
+    births: Births
     by_obstacle: Flag
     lost: Flag
 
@@ -127,6 +132,7 @@ def renewal(
     m: Measurement,
     each: Sequence[Applied],
     placed: Placed,
+    lost_before: Flag,
     model: MachineModel,
 ) -> tuple[list[Hypothesis], Renewed]:
     """The hypotheses after a measurement of the place.
@@ -137,12 +143,13 @@ def renewal(
         m: the measurement.
         each: what each hypothesis made of it.
         placed: what it is of.
+        lost_before: whether *unknown position* began again before it.
         model: of the machine.
     """
     kinds, stops = model.kinds, model.assumed.stops
     described, *between, unknown = after
     found = leads(after, len(kinds) - 1)
-    first = described
+    first, surely = described, flag(False)
     if Kind.LEAKS in kinds:
         place = kinds.index(Kind.LEAKS)
         leaks = after[place]
@@ -169,7 +176,8 @@ def renewal(
     goes_on = all_of(perhaps, was_known, negated(found))
     lost = all_of(restarts, negated(goes_on))
     again = choose(goes_on, was.with_log_weight(weight), begun)
-    return [first, *between, choose(restarts, again, unknown)], Renewed(found, restarts, all_of(perhaps, met), lost)
+    births = Births(found, surely, restarts, goes_on, lost_before)
+    return [first, *between, choose(restarts, again, unknown)], Renewed(births, all_of(perhaps, met), lost)
 
 
 def _ends_elsewhere(

@@ -156,6 +156,7 @@ class Updated:
         pending: standard deviation by oil that may have passed a relief valve, until a contact decides [m].
         relief: what passed a relief valve.
         fault_passed: whether inputs have contradicted each other since the last reference.
+        taught: whether anything was measured.
     """
 
     bank: Bank
@@ -163,11 +164,25 @@ class Updated:
     pending: Scalar
     relief: Relief
     fault_passed: Flag
+    taught: Flag
 
 
-def predict(
-    state: UpdateState, bank: Bank, at: Prediction, met: ContactEvidence, model: MachineModel
-) -> tuple[Bank, ReliefFlow]:
+@dataclass(frozen=True)
+class Predicted:
+    """The filters after the step, before any measurement.
+
+    Attributes:
+        free: as the step leaves them.
+        bank: the same within the cylinder.
+        flow: oil over a relief valve.
+    """
+
+    free: Bank
+    bank: Bank
+    flow: ReliefFlow
+
+
+def predict(state: UpdateState, bank: Bank, at: Prediction, met: ContactEvidence, model: MachineModel) -> Predicted:
     """The filters after the step, before any measurement."""
     flow = relief_flow(state, bank, at, met, model)
     moved = bank.gone_back(flow.back)
@@ -180,16 +195,15 @@ def predict(
     free = all_of(negated(contact.hold.held), ca.fabs(speed) > MOTOR_TURNS)
     if one_sided(model.balance):  # the pump draws from the tank when its load rests on something else
         free = all_of(free, speed * model.lift > 0.0)
-    return confined.turned_back(began, ca.if_else(free, ca.sign(speed), 0.0)), flow
+    return Predicted(predicted, confined.turned_back(began, ca.if_else(free, ca.sign(speed), 0.0)), flow)
 
 
 def measure(
     state: UpdateState,
     link: LinkState | None,
-    bank: Bank,
+    predicted: Predicted,
     at: Prediction,
     met: ContactEvidence,
-    flow: ReliefFlow,
     lever: Lever | None,
     model: MachineModel,
 ) -> tuple[UpdateState, LinkState | None, Updated]:
@@ -198,13 +212,13 @@ def measure(
     Args:
         state: before the sample.
         link: the angle that was used last, where it is measured.
-        bank: the hypotheses after the step.
+        predicted: the hypotheses after the step.
         at: the step.
         met: what the piston may have met.
-        flow: oil over a relief valve.
         lever: position over angle, where it is measured.
         model: of the machine.
     """
+    bank, flow = predicted.bank, predicted.flow
     closed_for, torque = _torque_evidence(state, at, met, model)
     event, shown = follow_event(
         state.event, at.sample, at.step, at.torque_by, _shut_in(at, met), at.linearised_at, model
@@ -241,7 +255,9 @@ def measure(
         event=event,
     )
     fault_passed = any_of(flag(False), *contradicted.values()) if contradicted else flag(False)
-    return new, link, Updated(after, measured, flow.pending, Relief(met.relief.probability, passed), fault_passed)
+    taught = any_of(torque.use, shown.use, measured.accepted, measured.rejected)
+    relief = Relief(met.relief.probability, passed)
+    return new, link, Updated(after, measured, flow.pending, relief, fault_passed, taught)
 
 
 def _shut_in(at: Prediction, met: ContactEvidence) -> Flag:

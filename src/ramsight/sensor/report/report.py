@@ -18,7 +18,15 @@ from ramsight.sensor.contacts.contact_state import Contact
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import FACTOR_OF, Quantity
-from ramsight.sensor.report.status_rules import PlausibilityState, PositionEstimate, implausible_torque, status_of
+from ramsight.sensor.report.stated import Beside, stated
+from ramsight.sensor.report.status_rules import (
+    OF_POSITION,
+    PlausibilityState,
+    PositionEstimate,
+    conditions_of,
+    first_of,
+    implausible_torque,
+)
 from ramsight.sensor.thresholds import FASTEST_SHARE, NOISE_AVERAGED, TIME_LEAST
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST, REFERENCED_NOW, Outputs, Report
 
@@ -59,10 +67,23 @@ class Outcome:
     disputed: Flag
 
 
+@dataclass(frozen=True)
+class Aside:
+    """What is said of a sample whatever the hypotheses say.
+
+    Attributes:
+        beside: what else is uncertain of the position.
+        status: of the sample, without what is said of the position's certainty.
+    """
+
+    beside: Beside
+    status: Scalar
+
+
 def report(
     state: ReportState, at: Prediction, met: ContactEvidence, updated: Updated, outcome: Outcome, model: MachineModel
-) -> tuple[ReportState, Report]:
-    """The sensor's outputs.
+) -> tuple[ReportState, Report, Aside]:
+    """The sensor's outputs, and what they say beside what the hypotheses do.
 
     Args:
         state: before the sample.
@@ -74,41 +95,27 @@ def report(
     """
     sample, step, contact, bank = at.sample, at.step, met.contact, updated.bank
     unseen_state, unseen = _unseen(state.unseen, sample, step, contact, model)
-    others = _others(at, contact, model)
-    seen = unseen.std**2 + others + updated.pending**2
-    below, above = bank.band(seen)
-    spread = ca.fmax(bank.variance(), 0.0) + others + updated.pending**2
-    std, overall = ca.fmax(below, above) / TWO_SIDED_95, ca.sqrt(spread + unseen.std**2)
-    plausibility, implausible = implausible_torque(state.plausibility, sample, step, negated(contact.hold.held), model)
-    beyond = bank.beyond(model.assumed.integrity.limit * model.stroke, seen)
-    position = PositionEstimate(outcome.nominal, std, overall, ca.sqrt(spread), beyond, outcome.known)
-    status = status_of(at, updated, outcome.disputed, position, implausible, model)
-    bound = position_bound(bank, others + updated.pending**2, unseen)
     shown, astray = _shown(state, at, updated, outcome, model)
+    beside = Beside(_others(at, contact, model) + updated.pending**2, unseen, astray)
+    limit = model.assumed.integrity.limit * model.stroke
+    said = stated(bank.limited().together, bank.state.band_width, bank.reach, beside, limit)
+    plausibility, implausible = implausible_torque(state.plausibility, sample, step, negated(contact.hold.held), model)
+    position = PositionEstimate(outcome.nominal, said, outcome.known)
+    conditions = conditions_of(at, updated, outcome.disputed, position, implausible, model)
     velocity = _velocity(state, sample, step, contact)
     more: Outputs = {
         **model.balance.chambers(step.z),
-        LOWEST: (within(shown - below - TWO_SIDED_95 * astray, 0.0, model.stroke), "m"),
-        HIGHEST: (within(shown + above + TWO_SIDED_95 * astray, 0.0, model.stroke), "m"),
-        BOUND: (ca.fmin(bound + astray, model.stroke), "m"),
+        LOWEST: (within(shown - said.below - TWO_SIDED_95 * astray, 0.0, model.stroke), "m"),
+        HIGHEST: (within(shown + said.above + TWO_SIDED_95 * astray, 0.0, model.stroke), "m"),
+        BOUND: (ca.fmin(said.bound + astray, model.stroke), "m"),
         REFERENCED_NOW: (count(outcome.referenced_now), "1"),
         **at.checks.more,
         **_learned(at, bank),
         "mode": (contact.mode, "1"),
     }
     after = ReportState(position=shown, velocity=velocity, unseen=unseen_state, plausibility=plausibility)
-    return after, Report(shown, std + astray, velocity, step.load.value, status, more, outcome.known)
-
-
-def position_bound(bank: Bank, others: Scalar, unseen: UnseenLoad) -> Scalar:
-    """The error that no more than `RISK` of the samples exceed [m], a load that changes unseen among its causes.
-
-    Args:
-        bank: the hypotheses.
-        others: variance of the position beside theirs [m2].
-        unseen: what such a load may have done.
-    """
-    return ca.sqrt(bank.limited().bound(others) ** 2 + unseen.most**2)
+    found = Report(shown, said.std + astray, velocity, step.load.value, first_of(conditions), more, outcome.known)
+    return after, found, Aside(beside, first_of(conditions, without=OF_POSITION))
 
 
 def _unseen(

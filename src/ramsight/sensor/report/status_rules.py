@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import casadi as ca
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Scalar, all_of, any_of, negated, never, scalar
+from ramsight.machine.assumption_description import AssumedIntegrity
 from ramsight.sensor.belief.update import Prediction, Updated
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.report.detectors import DETECTORS
+from ramsight.sensor.report.stated import Stated
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import (
     EMPTY_TIME,
@@ -56,19 +58,23 @@ class PositionEstimate:
 
     Attributes:
         value: [m], perhaps outside the stroke.
-        std: whose 1.96-fold is the 95 % band [m].
-        overall: root mean square over all hypotheses by their probabilities [m].
-        settled: the same without a load that changes unseen [m].
-        beyond: probability that its error is larger than what is accepted.
+        said: of it.
         known: whether a position has ever been known.
     """
 
     value: Scalar
-    std: Scalar
-    overall: Scalar
-    settled: Scalar
-    beyond: Scalar
+    said: Stated
     known: Flag
+
+
+def reference_due(said: Stated, integrity: AssumedIntegrity, stroke: float) -> Flag:
+    """Whether a position is not certain enough to be ok."""
+    return any_of(said.settled > integrity.due * stroke, said.beyond > integrity.risk)
+
+
+def too_uncertain(said: Stated, stroke: float) -> Flag:
+    """Whether it is too uncertain to be used."""
+    return said.overall > UNCERTAIN_SHARE * stroke
 
 
 def outside_temperature(sample: Sample) -> Flag:
@@ -76,15 +82,42 @@ def outside_temperature(sample: Sample) -> Flag:
     return any_of(sample.oil_temperature < WALTHER_LOWEST, sample.oil_temperature > WALTHER_HIGHEST)
 
 
-def status_of(
+OF_POSITION = frozenset(
+    {
+        Status.REFERENCE_DUE,
+        Status.REFERENCE_REFUSED,
+        Status.POSITION_LOST,
+        Status.NOT_REFERENCED,
+        Status.TOO_UNCERTAIN,
+        Status.OUTSIDE_STROKE,
+    }
+)
+"""What is said of the position's certainty, and nothing of the sample."""
+
+
+def first_of(conditions: Mapping[Status, Flag], *, without: Collection[Status] = ()) -> Scalar:
+    """The status of a sample as a number: of what holds, what weighs most.
+
+    Args:
+        conditions: of each status that a detector has.
+        without: what is left out.
+    """
+    code = scalar(float(Status.OK))
+    for one in DETECTORS:
+        if one.status not in without and not never(conditions[one.status]):
+            code = ca.if_else(conditions[one.status], float(one.status), code)
+    return code
+
+
+def conditions_of(
     at: Prediction,
     updated: Updated,
     disputed: Flag,
     position: PositionEstimate,
     implausible: Flag,
     model: MachineModel,
-) -> Scalar:
-    """The status of a sample as a number.
+) -> Mapping[Status, Flag]:
+    """Of each status that a detector has.
 
     Args:
         at: the balance's step.
@@ -94,30 +127,11 @@ def status_of(
         implausible: whether the torque is, by `implausible_torque`.
         model: of the machine.
     """
-    conditions = _conditions(at, updated, disputed, position, implausible, model)
-    code = scalar(float(Status.OK))
-    for one in DETECTORS:
-        if not never(conditions[one.status]):
-            code = ca.if_else(conditions[one.status], float(one.status), code)
-    return code
-
-
-def _conditions(
-    at: Prediction,
-    updated: Updated,
-    disputed: Flag,
-    position: PositionEstimate,
-    implausible: Flag,
-    model: MachineModel,
-) -> Mapping[Status, Flag]:
-    """Of each status that a detector has."""
     sample, intake, checks, stroke = at.sample, at.intake, at.checks, model.stroke
     beyond = ca.fmax(-position.value, position.value - stroke)
-    outside = beyond > SURE_STDS * position.std + OUTSIDE_STROKE_LEAST
+    outside = beyond > SURE_STDS * position.said.std + OUTSIDE_STROKE_LEAST
     return {
-        Status.REFERENCE_DUE: any_of(
-            position.settled > model.assumed.integrity.due * stroke, position.beyond > model.assumed.integrity.risk
-        ),
+        Status.REFERENCE_DUE: reference_due(position.said, model.assumed.integrity, stroke),
         Status.OUTSIDE_TEMPERATURE: outside_temperature(sample),
         Status.OUTSIDE_SPEED: ca.fabs(sample.motor_speed) > OVERSPEED_SHARE * model.max_speed,
         Status.TEMPERATURE_LOST: intake.temperature_bad,
@@ -129,7 +143,7 @@ def _conditions(
         Status.POSITION_LOST: updated.relief.passed_std > model.assumed.integrity.due * stroke,
         Status.FAULT_PASSED: updated.fault_passed,
         Status.NOT_REFERENCED: negated(position.known),
-        Status.TOO_UNCERTAIN: all_of(position.known, position.overall > UNCERTAIN_SHARE * stroke),
+        Status.TOO_UNCERTAIN: all_of(position.known, too_uncertain(position.said, stroke)),
         Status.OUTSIDE_STROKE: all_of(position.known, outside),
         Status.IMPLAUSIBLE_TORQUE: any_of(implausible, intake.overtorque),
         Status.IMPLAUSIBLE_SPEED: intake.overspeed,

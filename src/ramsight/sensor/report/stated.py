@@ -1,0 +1,77 @@
+"""What is said of a position by all hypotheses: band, bound, root mean square, and the chance of a large error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from ramsight.expression import Scalar
+from ramsight.normal import TWO_SIDED_95
+from ramsight.sensor.belief.mixture import Mixture
+from ramsight.sensor.belief.reach import Reach
+from ramsight.sensor.circuit.rest import UnseenLoad
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What is uncertain of a position beside what the hypotheses follow.
+
+    Attributes:
+        others: variance by stops, noise and oil that waits at a relief valve [m2].
+        unseen: by a load that changes unseen.
+        astray: how far the position that is shown may be from the estimate [m].
+    """
+
+    others: Scalar
+    unseen: UnseenLoad
+    astray: Scalar
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What is said of a position.
+
+    Attributes:
+        below, above: how far the truth is in 95 of 100 cases [m].
+        overall: root mean square of the error over all hypotheses [m].
+        settled: the same without a load that changes unseen [m].
+        beyond: probability of an error above the limit.
+        bound: error that no more than `RISK` of the samples exceed [m].
+    """
+
+    below: Scalar
+    above: Scalar
+    overall: Scalar
+    settled: Scalar
+    beyond: Scalar
+    bound: Scalar
+
+    @property
+    def std(self) -> Scalar:
+        """Whose 1.96-fold is the band, to the wider side [m]."""
+        return ca.fmax(self.below, self.above) / TWO_SIDED_95
+
+
+def stated(together: Mixture, width: Scalar, reach: Reach, beside: Beside, limit: float) -> Stated:
+    """What is said of a position.
+
+    Args:
+        together: all hypotheses, weighed.
+        width: factor of the filters' standard deviations by references [1].
+        reach: where the piston can be.
+        beside: what else is uncertain of it.
+        limit: of an error [m].
+    """
+    unseen = beside.unseen
+    seen = unseen.std**2 + beside.others
+    below, above = together.band(width, seen, reach)
+    spread = ca.fmax(together.variance(reach), 0.0) + beside.others
+    return Stated(
+        below=below,
+        above=above,
+        overall=ca.sqrt(spread + unseen.std**2),
+        settled=ca.sqrt(spread),
+        beyond=together.beyond(limit, width, seen, reach),
+        bound=ca.sqrt(together.bound(width, beside.others) ** 2 + unseen.most**2),
+    )
