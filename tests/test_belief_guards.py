@@ -22,7 +22,8 @@ from ramsight.sensor.contacts.contact import _waiting
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.report.report import _others, position_bound
+from ramsight.sensor.report.report import _others
+from ramsight.sensor.report.stated import Beside, stated
 from ramsight.sensor.thresholds import BAND_STEP, CONTACTS_ALIKE, LOG_WEIGHT_LEAST, OUTSIDE, SEPARATE_CONTACTS
 
 STROKE = 0.7
@@ -130,9 +131,11 @@ def test_a_torque_that_is_contradicted_moves_the_piston_by_what_the_oil_gives():
 @pytest.mark.parametrize("most", [0.0, 0.02])
 def test_a_bound_holds_what_a_load_may_do_that_nobody_sees(most):
     known = bank(std=2e-3)
-    alone = value(known.limited().bound(scalar(1e-6)))
-    said = position_bound(known, scalar(1e-6), UnseenLoad(ca.SX(0.0), ca.SX(most)))
-    assert value(said) == pytest.approx(math.hypot(alone, most))
+    together, width = known.limited().together, known.state.band_width
+    alone = value(together.bound(width, scalar(1e-6)))
+    beside = Beside(scalar(1e-6), UnseenLoad(ca.SX(0.0), ca.SX(most)), scalar(0.0))
+    said = stated(together, width, known.reach, beside, 0.05)
+    assert value(said.bound) == pytest.approx(math.hypot(alone, most))
     assert alone > 4.0 * 2e-3
 
 

@@ -125,15 +125,16 @@ class Bank:
         bank, measured = bank.placed(place, low, top)
         position = nominal + measured.moved
         more = {"taken": measured.accepted, "refused": measured.rejected, "moved": measured.moved}
+        below, above = bank.together.band(bank.state.band_width, ca.SX(0.0), bank.reach)
         more |= {
-            "band": ca.fmax(*bank.band(ca.SX(0.0))) / TWO_SIDED_95,
-            "below": bank.band(ca.SX(0.0))[0],
-            "above": bank.band(ca.SX(0.0))[1],
+            "band": ca.fmax(below, above) / TWO_SIDED_95,
+            "below": below,
+            "above": above,
             "room_low": room[0],
             "room_top": room[1],
             "total": ca.sqrt(bank.variance()),
-            "bound": bank.bound(ca.SX(0.0)),
-            "beyond": bank.beyond(x["limit"], ca.SX(0.0)),
+            "bound": bank.together.bound(bank.state.band_width, ca.SX(0.0)),
+            "beyond": bank.together.beyond(x["limit"], bank.state.band_width, ca.SX(0.0), bank.reach),
             "leak": bank.means()[Quantity.LEAKAGE],
             "exponent": bank.means()[Quantity.EXPONENT],
             "leak_std": bank.factor_std(Quantity.LEAKAGE),

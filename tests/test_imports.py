@@ -29,6 +29,7 @@ STREET = [
     {"plant"},
     {"duty"},
     {"sensor"},
+    {"hindsight"},
     {"tracking"},
     {"calibration"},
     {"control"},

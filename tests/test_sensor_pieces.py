@@ -9,6 +9,7 @@ import pytest
 import xarray
 from scipy.stats import chi2
 
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.balance import balance
 from ramsight.plant.limits import limits_of
 from ramsight.plant.valve import ReliefValve
@@ -28,7 +29,14 @@ from ramsight.sensor.inputs.intake import Intake
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.report.detectors import DETECTORS
-from ramsight.sensor.report.status_rules import PlausibilityState, PositionEstimate, implausible_torque, status_of
+from ramsight.sensor.report.stated import Stated
+from ramsight.sensor.report.status_rules import (
+    PlausibilityState,
+    PositionEstimate,
+    conditions_of,
+    first_of,
+    implausible_torque,
+)
 from ramsight.sensor.status import Status, validity_levels
 from ramsight.sensor.thresholds import CERTAIN, LOAD_CHANGE_SURE, VALVE_SETTLED
 
@@ -323,8 +331,11 @@ def judged():
         at = made(Stepped_, sample=sample, intake=intake, checks=checks, step=step)
         relief = Relief(x["relief"], x["passed_std"])
         updated = made(Updated, relief=relief, fault_passed=x["fault_passed"])
-        position = PositionEstimate(x["position"], x["std"], x["overall"], x["settled"], x["beyond"], x["known"])
-        return after, status_of(at, updated, x["disputed"], position, implausible, model)
+        nothing = {"below": ca.SX(0.0), "bound": ca.SX(0.0)}
+        known = {one: x[one] for one in ("overall", "settled", "beyond")}
+        said = Stated(**nothing, above=TWO_SIDED_95 * x["std"], **known)
+        position = PositionEstimate(x["position"], said, x["known"])
+        return after, first_of(conditions_of(at, updated, x["disputed"], position, implausible, model))
 
     return fed(ASKED, PlausibilityState(), write)
 

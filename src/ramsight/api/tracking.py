@@ -15,6 +15,8 @@ from ramsight.api.live_sensor import Sensor
 from ramsight.argument_kinds import by_kind
 from ramsight.calibration.sensors import sensor_for as make_sensor
 from ramsight.errors import DescriptionError, LogWarning
+from ramsight.hindsight.looking_back import Recalled, looked_back, ways_of
+from ramsight.hindsight.trace import Tracer
 from ramsight.logs.channel_map import AnyMap, known_map
 from ramsight.logs.data_frame import is_data_frame
 from ramsight.logs.opening import open_signals
@@ -28,7 +30,7 @@ from ramsight.sensor.thresholds import START_STD
 from ramsight.signals import Signals
 from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
 from ramsight.tracking.compared_track import judged
-from ramsight.tracking.pieces import Pieces, track_pieces
+from ramsight.tracking.pieces import TABLE, Pieces, track_pieces
 from ramsight.tracking.true_position import known_position
 from ramsight.tracking.watched import Watch, contradicted
 from ramsight.units import argument, format_si
@@ -91,6 +93,7 @@ def track(
     state: str | Path | None = None,
     alarm_limit: Quantity | None = None,
     time_to_alert: Quantity = TIME_TO_ALERT,
+    hindsight: bool = False,
     progress: bool = False,
 ) -> xarray.Dataset:
     """Where the piston was, from the log of a motor drive; and how wrong that is, where the truth is known.
@@ -114,6 +117,8 @@ def track(
             end. For kalman.
         alarm_limit: error that the position must not have for what it is used for [m], or ``"10 mm"``.
         time_to_alert: for which that may be unsure before it is an alert [s], or ``"0.2 s"``.
+        hindsight: say where the piston was by all that the log says, what comes later included, and not as a live
+            sensor would have. For kalman.
         progress: show a bar on a terminal if it takes long.
 
     Returns:
@@ -124,10 +129,13 @@ def track(
         is not invalid, and `invalid_largest` over the `invalid_samples` others. Where the log cannot be this machine's,
         `mistake` says what is most likely wrong, and a position that was said is invalid if that is sure. With an alarm
         limit, the attributes `available`, the share of the samples whose bound is within it, `alerts`, how often it was
-        not for longer than the time to alert, and `longest_alert` [s].
+        not for longer than the time to alert, and `longest_alert` [s]. In hindsight also what the live sensor said,
+        `live_position`, `live_position_std` and so on, and `surprise`, the squared innovation of each measurement of
+        the place over its variance [1].
 
     Raises:
-        DescriptionError: a quantity cannot be read or is outside the stroke; names argument, value and range.
+        DescriptionError: a quantity cannot be read or is outside the stroke; names argument, value and range. Or
+            hindsight is asked of another sensor than kalman.
         UnknownNameError: no such machine, unit or sensor.
         StartError: the sensor needs the piston's position at the start.
         LogError: log or truth cannot be read, or lack a variable.
@@ -160,6 +168,7 @@ def track(
         keep_log=True,
         all_of_it=True,
         available=available,
+        hindsight=hindsight,
         progress=progress,
     )
     if done.track is None or done.log is None:
@@ -226,6 +235,8 @@ def follow(
     all_of_it: bool = False,
     more: tuple[str, ...] = (),
     available: Availability | None = None,
+    hindsight: bool = False,
+    both: bool = False,
     progress: bool = False,
     advance: Callable[[float], object] | None = None,
     say: Callable[[str], object] = lambda text: None,
@@ -248,10 +259,14 @@ def follow(
         all_of_it: whether every variable of them is kept.
         more: further variables that are kept of them, where they have them.
         available: counts how much of the time the position may be used.
+        hindsight: whether all of the log says where the piston was, and not what came before.
+        both: whether a table has what the live sensor said beside it.
         progress: show a bar on a terminal.
         advance: is passed the share of a file that was read since the last call, where there is no bar.
         say: is passed what became of the state file.
     """
+    if hindsight and sensor != "kalman":
+        raise DescriptionError("has no hypotheses to look back at", key="sensor", value=sensor, allowed="kalman")
     virtual = _sensor_of(unit, sensor, progress=progress)
     kept = None if state is None else StateFile(Path(state), virtual, unit.name)
 
@@ -261,21 +276,31 @@ def follow(
         else:
             virtual.start(start, start_std)
 
-    passes = partial(
-        track_pieces, virtual, out=out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it,
-        more=more, available=available,
-    )  # fmt: skip
-    passed: list[Signals] | None = None if isinstance(log, str | Path) else []
+    passed: list[Signals] | None = [] if hindsight or not isinstance(log, str | Path) else None
     with ExitStack() as stack:
         if kept is not None:
             stack.callback(kept.release)
             kept.hold()
         begin(say)
-        bar = stack.enter_context(progress_bar(1.0, "tracking")) if progress else None
-        pieces, file = _pieces(log, channel_map, bar.advance if bar else advance)
+        ways = 1.0 + ways_of(virtual.state) if hindsight else 1.0
+        bar = stack.enter_context(progress_bar(ways, "tracking")) if progress else None
+        tells = bar.advance if bar else advance
+        pieces, file = _pieces(log, channel_map, tells)
         watch = Watch(unit, file, channel_map)
         seen = watch.over(pieces if passed is None else _remembered(pieces, passed))
-        done = passes(pieces=seen)
+        back = None
+        if hindsight:
+            names = None if all_of_it else (*TABLE, *more)
+            if whole := list(seen):
+                back = looked_back(Tracer.of(unit), whole, virtual.state, names=names, advance=tells)
+                virtual.state = back.state
+            seen = iter(whole)
+        passes = partial(
+            track_pieces, out=out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it, available=available,
+            more=more if back is None else (*more, *back.further),
+            beside=back.further if both and back is not None else (),
+        )  # fmt: skip
+        done = passes(virtual if back is None else Recalled(back), seen)
         if (mistake := watch.mistake) is not None:  # known at the end alone: the track is made again, and says it
             begin(lambda text: None)
             if available is not None:
@@ -283,12 +308,15 @@ def follow(
             again = _pieces(log, channel_map, None)[0] if passed is None else passed
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", LogWarning)
-                done = passes(pieces=again, said_of=lambda tracked: contradicted(tracked, mistake))
+                follower = virtual if back is None else Recalled(back)
+                done = passes(follower, again, said_of=lambda tracked: contradicted(tracked, mistake))
             if kept is not None:
                 say(f"{kept.path}: left as it was, because the log contradicts the machine")
         elif kept is not None:
             kept.save()
-    return replace(done, mistake=watch.last_word, is_contradicted=watch.mistake is not None)
+    fits = "" if back is None or watch.mistake is not None else back.text
+    summary = f"{done.summary}\n  {fits}" if fits else done.summary
+    return replace(done, summary=summary, mistake=watch.last_word, is_contradicted=watch.mistake is not None)
 
 
 def _sensor_of(unit: HydraulicUnit, kind: str, *, progress: bool) -> VirtualSensor:

@@ -115,6 +115,17 @@ def track(
     time_to_alert: Annotated[
         str | None, typer.Option(help="For which that may be unsure before it is an alert [default: 0.2 s].")
     ] = None,
+    hindsight: Annotated[
+        bool,
+        typer.Option(
+            "--hindsight",
+            help="Say it by all that the log says, and not as a live sensor would: an end that is met at last tells "
+            "where the piston was before.",
+        ),
+    ] = False,
+    both: Annotated[
+        bool, typer.Option("--both", help="Write beside it what the live sensor says, and each measurement's surprise.")
+    ] = False,
     require: Requirement = None,
     strict: Strict = False,
 ) -> None:
@@ -129,11 +140,13 @@ def track(
     missed; with --strict also if no sample has a position.
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
+    Example: ramsight track mining-loader log.csv.gz --unit boom --hindsight --figure track.png
     """
     unit = named_unit(machine, unit)
     from ramsight.api.plotting import look_of
     from ramsight.api.requirements import achieved, required_unit
     from ramsight.api.tracking import availability_of, follow, start_of
+    from ramsight.errors import DescriptionError
     from ramsight.machine import load_machine
     from ramsight.plant.build import build
     from ramsight.tracking.availability import TIME_TO_ALERT
@@ -142,6 +155,8 @@ def track(
     from ramsight.tracking.true_position import known_position
 
     _check_files(machine, log, sensor, channel_map, truth, out, figure, state)
+    if both and not hindsight:
+        raise DescriptionError("needs --hindsight beside it", key="both")
     look = look_of(width, style, is_drawn=figure is not None)
     description = load_machine(machine)
     built = required_unit(build(description, unit), require)
@@ -164,6 +179,8 @@ def track(
             keep_log=figure is not None or asked is not None,
             more=("mode", "reference"),
             available=available,
+            hindsight=hindsight,
+            both=both,
             progress=True,
             say=say_lines,
         )

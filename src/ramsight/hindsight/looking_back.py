@@ -10,19 +10,19 @@ it as before: a linearisation point is no evidence.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.hindsight.said import ASIDE_SAID, Believed, said_of
+from ramsight.hindsight.believed import ASIDE_SAID, Believed, said_of
 from ramsight.hindsight.smoother import Ahead, Smoothed, backward
-from ramsight.hindsight.surprise import Surprises
+from ramsight.hindsight.surprise import SURPRISE, Surprises
 from ramsight.hindsight.trace import Tracer
 from ramsight.sensor.quantity import FACTOR_OF, Quantity
-from ramsight.sensor.virtual_sensor import IS_REFERENCED, OF_POSITION, POSITION, log_inputs
-from ramsight.signals import Signal, Signals
+from ramsight.sensor.virtual_sensor import IS_REFERENCED, LIVE, OF_POSITION, POSITION, STATUS, log_inputs, said_signals
+from ramsight.signals import Signal, Signals, joined
 
 Array = NDArray[np.float64]
 Advance = Callable[[float], object]
@@ -32,11 +32,8 @@ PASSES = 3
 """How often a log is gone through at most until the smoothed start is where it was linearised."""
 CLOSE = 0.1
 """Standard deviations of the smoothed start within which it is there [1]."""
-LIVE = "live_"
-"""Before the names of what the live sensor said of the position."""
-SURPRISE = "surprise"
-_POSITION, _VARIANCE = "positions", "variances"
-_JUDGED = (*sorted(OF_POSITION), "status")
+JUDGED = (*sorted(OF_POSITION), STATUS)
+"""What is said otherwise in hindsight, and as the live sensor said it."""
 
 
 @dataclass(frozen=True)
@@ -45,15 +42,29 @@ class LookedBack:
 
     Attributes:
         track: as the sensor's, with `surprise`, and with what the live sensor said of the position.
-        state: of the sensor after the log.
+        state: of the sensor after the log, by name.
         passes: how often the log was gone through.
-        text: how well the log fits the machine, in a line.
+        text: how well the log fits the machine, in a line; empty where nothing was measured.
     """
 
     track: Signals
-    state: Array
+    state: Mapping[str, float]
     passes: int
     text: str
+
+    @property
+    def further(self) -> tuple[str, ...]:
+        """Names of what a live sensor does not say."""
+        return (*(f"{LIVE}{name}" for name in JUDGED), SURPRISE)
+
+
+def ways_of(state: Mapping[str, float]) -> int:
+    """How often `looked_back` goes through a log at most, forward or backward.
+
+    Args:
+        state: of the sensor before it, by name.
+    """
+    return 2 if state[IS_REFERENCED] > 0.0 else 2 * PASSES
 
 
 @dataclass(frozen=True)
@@ -72,74 +83,91 @@ class _Forward:
     log_weight: Array
     surprises: Surprises
 
-    @property
-    def position(self) -> Array:
-        """That the sensor said [m]."""
-        return self.said[POSITION]
+
+@dataclass(frozen=True)
+class _Backward:
+    """What is known by the whole log.
+
+    Attributes:
+        believed: of the position.
+        aside: what is traced beside it.
+        learned: factors, deviations and probabilities, by the names of the sensor's outputs.
+    """
+
+    believed: Believed
+    aside: Mapping[str, Array]
+    learned: dict[str, Array]
 
 
 def looked_back(
     tracer: Tracer,
-    log: Signals,
-    state: Array,
+    pieces: Sequence[Signals],
+    state: Mapping[str, float],
     *,
     names: Collection[str] | None = None,
-    advance: Advance = lambda share: None,
+    advance: Advance | None = None,
 ) -> LookedBack:
     """Where the piston was, by all that a log says.
 
     Args:
         tracer: the sensor of the log's machine.
-        log: all of it.
-        state: of the sensor before it; stays as it is.
-        names: of the sensor's outputs that are kept; None for all.
-        advance: is passed the share of a way through the log that was done since the last call, twice forward and
-            backward of each pass.
+        pieces: of the log, one at least, in order.
+        state: of the sensor before it, by name.
+        names: of the sensor's outputs that are kept beside those of the position; None for all.
+        advance: is passed the share of a way through the log that was done since the last call, forward and backward,
+            of each pass.
     """
-    place = tracer.sensor.recursion.state.index
-    position, known = place(POSITION), place(IS_REFERENCED)
-    inputs, time, begun = log_inputs(tracer.sensor, log), log["time"].values, state.copy()
-    wanted = {*_JUDGED, *(tracer.names if names is None else (one for one in tracer.names if one in names))}
-    live: dict[str, Array] = {}
-    found: dict[str, Array] = {}
-    for passes in range(1, PASSES + 1):
+    advance = advance or _silent
+    order = tracer.sensor.recursion.state
+    position, is_known = order.index(POSITION), state[IS_REFERENCED] > 0.0
+    log = joined(pieces)
+    inputs, time = log_inputs(tracer.sensor, log), log["time"].values
+    wanted = [one for one in tracer.names if names is None or one in names or one in JUDGED]
+    begun = np.array([state[name] for name in order], dtype=np.float64)
+    gone = _forward(tracer, inputs, time, begun, wanted, advance)
+    said = {name: gone.said[name] for name in JUDGED}
+    passes, back = 1, None
+    if gone.states[-1][order.index(IS_REFERENCED)] > 0.0:
+        back = _backward(tracer, inputs, gone, advance)
+    while back is not None and not is_known and passes < PASSES:
+        start, std = back.believed.start
+        if abs(start - begun[position]) < CLOSE * std:
+            break
+        begun[position] = start
         gone = _forward(tracer, inputs, time, begun, wanted, advance)
-        live = live or {name: gone.said[name] for name in _JUDGED}
-        if gone.states[-1][known] == 0.0:
-            break
-        found = _backward(tracer, inputs, gone, advance)
-        off = abs(found["position"][0] - begun[position])
-        if state[known] > 0.0 or off < CLOSE * found["position_std"][0]:
-            break
-        begun[position] = found["position"][0]
-    found |= {SURPRISE: gone.surprises.column(len(time))} | {f"{LIVE}{name}": one for name, one in live.items()}
-    track = _signals(tracer, time, gone.said | found)
-    return LookedBack(track, gone.states[-1], passes, gone.surprises.text)
+        back, passes = _backward(tracer, inputs, gone, advance), passes + 1
+    found = gone.said if back is None else gone.said | back.learned | said_of(back.believed, back.aside, tracer.unit)
+    track, live = (said_signals(tracer.sensor, log["time"], one) for one in (found, said))
+    columns = {**track.columns, **{f"{LIVE}{name}": live[name] for name in JUDGED}}
+    columns[SURPRISE] = Signal(gone.surprises.column(len(time)), {"units": "1", "long_name": SURPRISE})
+    after = dict(zip(order, gone.states[-1].tolist(), strict=True))
+    return LookedBack(replace(track, columns=columns), after, passes, gone.surprises.text)
 
 
 def _forward(
     tracer: Tracer, inputs: Array, time: Array, begun: Array, names: Collection[str], advance: Advance
 ) -> _Forward:
     """The log by the sensor."""
-    states, surprises, end = [begun.copy()], Surprises(), np.empty(0)
-    place = {name: tracer.names.index(name) for name in names}
+    states, surprises, log_weight = [begun.copy()], Surprises(), np.empty(0)
     said = {name: np.empty(len(inputs)) for name in names}
     for span in _blocks(len(inputs)):
         state = states[-1].copy()
         rows = tracer.rows(inputs[span], state)
-        for name, k in place.items():
-            said[name][span] = rows[:, k]
+        for name, column in said.items():
+            column[span] = rows[:, tracer.names.index(name)]
         surprises.append(span.start, time[span], tracer.aside(rows))
         states.append(state)
-        end = rows[-1, tracer.layout.spans["log_weight"]].copy()
+        log_weight = tracer.log_weight(rows)[-1].copy()
         advance(len(rows) / len(inputs))
-    return _Forward(states, said, end, surprises)
+    return _Forward(states, said, log_weight, surprises)
 
 
-def _backward(tracer: Tracer, inputs: Array, gone: _Forward, advance: Advance) -> dict[str, Array]:
-    """What is said in hindsight, by the names of the sensor's outputs."""
+def _backward(tracer: Tracer, inputs: Array, gone: _Forward, advance: Advance) -> _Backward:
+    """The smoother, block after block from the last one."""
     stroke, samples = float(tracer.unit.cylinder.stroke), len(inputs)
-    unknown = gone.surprises.unknown(gone.position)
+    unknown = gone.surprises.unknown(gone.said[POSITION])
+    hypotheses = len(gone.log_weight)
+    position, variance = np.empty((samples, hypotheses)), np.empty((samples, hypotheses))
     found: dict[str, Array] = {}
     ahead: Ahead | None = None
     for number, span in reversed(list(enumerate(_blocks(samples)))):
@@ -149,23 +177,22 @@ def _backward(tracer: Tracer, inputs: Array, gone: _Forward, advance: Advance) -
         smoothed, ahead = backward(trace, ahead, stroke)
         if span.stop == samples:
             smoothed = smoothed.followed(trace)
-        count = span.stop - span.start
-        part = {name: trace.aside[name][:count] for name in ASIDE_SAID} | _learned(smoothed, tracer, gone.log_weight)
-        part |= {_POSITION: smoothed.mean[..., 0], _VARIANCE: smoothed.variance[..., 0]}
-        for name, one in part.items():
-            found.setdefault(name, np.empty((samples, *one.shape[1:])))[span] = one
-        advance(count / samples)
-    believed = Believed(found.pop(_POSITION), found.pop(_VARIANCE), gone.log_weight)
+        position[span], variance[span] = smoothed.mean[..., 0], smoothed.variance[..., 0]
+        part = {name: trace.aside[name][: span.stop - span.start] for name in ASIDE_SAID}
+        for name, one in (part | _learned(smoothed, tracer, gone.log_weight)).items():
+            found.setdefault(name, np.empty(samples))[span] = one
+        advance((span.stop - span.start) / samples)
     aside = {name: found.pop(name) for name in ASIDE_SAID}
-    return found | said_of(believed, aside, tracer.unit)
+    believed = Believed(position, variance, gone.log_weight).within_cylinder(stroke)
+    return _Backward(believed, aside, found)
 
 
-def _learned(smoothed: Smoothed, tracer: Tracer, log_weight: Array) -> Mapping[str, Array]:
+def _learned(smoothed: Smoothed, tracer: Tracer, log_weight: Array) -> dict[str, Array]:
     """Factors of the likeliest hypothesis with their deviations, and the hypotheses' probabilities."""
-    likeliest, found = int(np.argmax(log_weight)), {}
+    likeliest, known, found = int(np.argmax(log_weight)), tracer.layout.quantities, {}
     for name, quantity in FACTOR_OF.items():
-        if quantity in tracer.layout.quantities and Quantity.WARMER not in tracer.layout.quantities:
-            place = tracer.layout.quantities.index(quantity)
+        if quantity in known and Quantity.WARMER not in known:  # with it the sensor says what leaks by another law
+            place = known.index(quantity)
             found[f"{name}_factor"] = smoothed.mean[:, likeliest, place]
             found[f"{name}_factor_std"] = np.sqrt(smoothed.variance[:, likeliest, place])
     chances = np.exp(log_weight - log_weight.max())
@@ -179,10 +206,25 @@ def _blocks(samples: int) -> Iterator[slice]:
     return (slice(first, min(first + BLOCK, samples)) for first in range(0, samples, BLOCK))
 
 
-def _signals(tracer: Tracer, time: Array, columns: Mapping[str, Array]) -> Signals:
-    """The columns with their units."""
-    found = {"time": Signal(time, {"units": "s"})}
-    for name, values in columns.items():
-        unit = "1" if name == SURPRISE else tracer.sensor.units[name.removeprefix(LIVE)]
-        found[name] = Signal(values, {"units": unit})
-    return Signals(found)
+class Recalled:
+    """A log that was looked back at, for what takes a sensor that follows it piece by piece.
+
+    Args:
+        back: the log by all that it says.
+
+    Attributes:
+        outputs: names of what is said of each sample.
+    """
+
+    def __init__(self, back: LookedBack) -> None:
+        self._track, self._done = back.track, 0
+        self.outputs = back.track.names
+
+    def followed(self, piece: Signals) -> Signals:
+        """What is said of the next samples."""
+        first, self._done = self._done, self._done + len(piece)
+        return self._track.rows(slice(first, self._done))
+
+
+def _silent(share: float) -> None:
+    """Nobody is told how much is done."""

@@ -96,8 +96,9 @@ def backward(trace: Trace, ahead: Ahead, stroke: float) -> tuple[Smoothed, Ahead
 
 def _taught(trace: Trace) -> NDArray[np.bool_]:
     """Where something was measured, or a hypothesis continues another one."""
-    same = trace.parent == np.arange(trace.parent.shape[1])
-    return (trace.aside["taught"] > 0.0) | (trace.aside["put_back"] != 0.0) | ~same.all(axis=1)
+    other = (trace.parent != np.arange(trace.parent.shape[1])) | trace.anew
+    taught: NDArray[np.bool_] = (trace.aside["taught"] > 0.0) | (trace.aside["put_back"] != 0.0) | other.any(axis=1)
+    return taught
 
 
 def _pulls(trace: Trace, at: int, place: NDArray[np.int64], ahead: Ahead, stroke: float) -> tuple[Array, Array]:

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from ramsight.normal import TWO_SIDED_95
 
 Array = NDArray[np.float64]
+SURPRISE = "surprise"
+"""Squared innovation of a measurement of the place over its variance [1]; NaN where there was none."""
 SURPRISING = 9.0
 """Squared innovation over its variance that is surprising [1]: three standard deviations, one of 370."""
 

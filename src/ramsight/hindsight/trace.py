@@ -102,7 +102,6 @@ class Trace:
         mean_before, covariance_before: before a measurement, shapes (samples, hypotheses, quantities) and
             (samples, hypotheses, quantities, quantities) [SI].
         mean, covariance: after it, of the same shapes.
-        log_weight: shape (samples, hypotheses).
         parent: the hypothesis that each one continues, of the same shape.
         anew: whether its position is another one since then, of the same shape.
         travel_by: derivatives of the travel by the quantities, shape (samples, quantities); 0 by the position.
@@ -113,7 +112,6 @@ class Trace:
     covariance_before: Array
     mean: Array
     covariance: Array
-    log_weight: Array
     parent: NDArray[np.int64]
     anew: NDArray[np.bool_]
     travel_by: Array
@@ -173,6 +171,10 @@ class Tracer:
         """What is traced of each sample beside the hypotheses, by the names in `ASIDE`."""
         return dict(zip(ASIDE, rows[:, self.layout.spans["aside"]].T, strict=True))
 
+    def log_weight(self, rows: Array) -> Array:
+        """Of the hypotheses, shape (samples, hypotheses)."""
+        return rows[:, self.layout.spans["log_weight"]]
+
     def trace(self, rows: Array, unknown: Array) -> Trace:
         """The trace as arrays.
 
@@ -196,7 +198,6 @@ class Tracer:
             covariance_before=covariance_before,
             mean=rows[:, at["mean"]].reshape(-1, k, n),
             covariance=covariance,
-            log_weight=rows[:, at["log_weight"]],
             parent=rows[:, at["parent"]].astype(np.int64),
             anew=rows[:, at["anew"]] > 0.5,  # 0 or 1
             travel_by=travel_by,
@@ -204,11 +205,12 @@ class Tracer:
         )
 
     def _square(self, triangles: Array) -> Array:
-        n, pairs = len(self.layout.quantities), np.array(self.layout.pairs)
-        found = np.empty((len(triangles), self.layout.hypotheses, n, n))
+        """Covariances of their upper triangles."""
+        n, place = len(self.layout.quantities), np.empty((len(self.layout.quantities),) * 2, dtype=np.intp)
+        for k, (i, j) in enumerate(self.layout.pairs):
+            place[i, j] = place[j, i] = k
         each = triangles.reshape(len(triangles), self.layout.hypotheses, -1)
-        found[:, :, pairs[:, 0], pairs[:, 1]] = found[:, :, pairs[:, 1], pairs[:, 0]] = each
-        return found
+        return each[..., place.ravel()].reshape(*each.shape[:2], n, n)
 
 
 def _traced(unit: HydraulicUnit) -> VirtualSensor:
@@ -267,7 +269,7 @@ def _aside(passage: Passage) -> dict[str, Scalar]:
         "unseen_most": beside.unseen.most,
         "astray": beside.astray,
         "width": passage.after.bank.band_width,
-        "wrong": updated.bank.together.wrong,
+        "wrong": ca.SX(updated.bank.together.wrong),
         "status": aside.status,
         "known": count(passage.after.position_known),
         "by_start": count(all_of(passage.predicted.bank.state.entered, negated(state.confirmed))),

@@ -39,6 +39,10 @@ LOWEST, HIGHEST = "position_low", "position_high"
 """Outputs of such a sensor: the ends of its 95 % band, within the stroke [m]."""
 OF_POSITION = frozenset({"position", "position_std", LOWEST, HIGHEST, BOUND})
 """Outputs that are no numbers as long as the position is unknown."""
+LIVE = "live_"
+"""Before the names of what a sensor said as a log came, where more is said of it by all of the log."""
+STATUS = "status"
+"""Output that says whether to rely on the others."""
 POSITION, TIME = "position", "intake.time"
 """States of every sensor: its position [m], and the time of the last sample that counted [s]."""
 IS_REFERENCED = "position_known"
@@ -260,6 +264,11 @@ class VirtualSensor:
         return put_together, (type(self), taken_apart(self))
 
     @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of what it says."""
+        return self.recursion.outputs
+
+    @property
     def learned(self) -> tuple[str, ...]:
         """Names of the states that describe the machine; all others describe where the piston is, or pressures."""
         return tuple(one.name for one in self.states if one.learned)
@@ -390,13 +399,25 @@ class VirtualSensor:
         """The same from columns to columns, for whoever needs no Dataset."""
         inputs = log_inputs(self, log)
         result = replay(self.recursion, inputs, self.parameters, self._state, advance=advance)
-        columns = {"time": log["time"]}
-        for k, name in enumerate(self.recursion.outputs):
-            columns[name] = Signal(result[:, k], {"units": self.units[name], "long_name": name.replace("_", " ")})
+        columns = dict(zip(self.outputs, result.T, strict=True))
+        return said_signals(self, log["time"], columns)
+
+
+def said_signals(sensor: VirtualSensor, time: Signal, columns: Mapping[str, Array]) -> Signals:
+    """What a sensor said of samples, with units.
+
+    Args:
+        sensor: that said it.
+        time: of the samples [s].
+        columns: values by the names of its outputs.
+    """
+    found = {"time": time}
+    for name, values in columns.items():
+        found[name] = Signal(values, {"units": sensor.units[name], "long_name": name.replace("_", " ")})
+    if STATUS in columns:
         meaning = "; ".join(f"{int(status)}: {status.text}" for status in Status)
-        status = columns["status"].values.astype(np.int16)
-        columns["status"] = Signal(status, {"long_name": "status", "meaning": meaning})
-        return Signals(columns, {"format": 1, "sensor": self.kind})
+        found[STATUS] = Signal(columns[STATUS].astype(np.int16), {"long_name": STATUS, "meaning": meaning})
+    return Signals(found, {"format": 1, "sensor": sensor.kind})
 
 
 def log_inputs(sensor: VirtualSensor, log: Samples) -> Array:

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.errors import one_line
+from ramsight.hindsight.surprise import SURPRISE, SURPRISING
 from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing
 from ramsight.output import atomic_path
 from ramsight.sensor.status import VALIDITIES, Status, validity_levels
-from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
+from ramsight.sensor.virtual_sensor import HIGHEST, LIVE, LOWEST
 from ramsight.signals import Samples
 from ramsight.units import FREEZING, RPM
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ESTIMATE, TRUTH, ERROR, UNCERTAIN = "#c8401e", "#1f2a36", "#2a6f97", "#e9b44c"
+AS_IT_CAME = "#8a94a0"
 _SHADES = {
     VALIDITIES.index(one.validity): (one.validity, colour)
     for one, colour in (
@@ -170,10 +172,15 @@ def draw_track(log: Samples, tracked: Samples, truth: Samples | None, title: str
                 truth["time"].values, 1e3 * truth["position"].values, color=TRUTH, lw=2.4, label="true position"
             )
         estimate = 1e3 * tracked["position"].values
+        if f"{LIVE}{LOWEST}" in tracked:
+            low, high = (1e3 * tracked[f"{LIVE}{end}"].values for end in (LOWEST, HIGHEST))
+            position.fill_between(time, low, high, color=AS_IT_CAME, alpha=0.25, lw=0.0, label="95 % band, live")
         if LOWEST in tracked:
             low, high = (1e3 * tracked[end].values for end in (LOWEST, HIGHEST))
             position.fill_between(time, low, high, color=ESTIMATE, alpha=0.15, lw=0.0, label="95 % band")
         position.plot(time, estimate, color=ESTIMATE, lw=1.1, label=f"{tracked.attrs['sensor']} sensor")
+        if SURPRISE in tracked:
+            draw_surprises(position, time, estimate, tracked[SURPRISE].values)
         position.set_ylabel("position\n[mm]")
         if not np.isfinite(estimate).any():
             position.text(0.5, 0.5, _NEVER_KNOWN, transform=position.transAxes, ha="center", va="center")
@@ -186,7 +193,7 @@ def draw_track(log: Samples, tracked: Samples, truth: Samples | None, title: str
             axes[1].axhline(0.0, color=TRUTH, lw=0.6)
             axes[1].set_ylabel("error\n[mm]")
         if has_band:
-            draw_band(axes[-4], time, band, error)
+            draw_band(axes[-4], time, band, error, half_band(tracked, LIVE) if f"{LIVE}{LOWEST}" in tracked else None)
         draw_drive(axes[-3:], log)
         for one in axes[:-3]:
             shade_status(one, time, tracked["status"].values)
@@ -198,23 +205,45 @@ def draw_track(log: Samples, tracked: Samples, truth: Samples | None, title: str
     return figure
 
 
-def half_band(tracked: Samples) -> Any:
-    """Half of the 95 % band's width [m]: by its ends where the sensor states them, else by its standard deviation."""
-    if LOWEST in tracked:
-        return 0.5 * (tracked[HIGHEST].values - tracked[LOWEST].values)
+def draw_surprises(axes: Any, time: Any, position: Any, surprise: Any) -> None:
+    """Mark the measurements of the place that were not as expected [mm]."""
+    odd = np.nan_to_num(surprise) > SURPRISING
+    if odd.any():
+        axes.plot(time[odd], position[odd], "x", color=TRUTH, ms=6.0, label="not as expected")
+
+
+def half_band(tracked: Samples, before: str = "") -> Any:
+    """Half of the 95 % band's width [m]: by its ends where the sensor states them, else by its standard deviation.
+
+    Args:
+        tracked: the track.
+        before: what stands before the names of the band's ends.
+    """
+    if f"{before}{LOWEST}" in tracked:
+        return 0.5 * (tracked[f"{before}{HIGHEST}"].values - tracked[f"{before}{LOWEST}"].values)
     return TWO_SIDED_95 * tracked["position_std"].values
 
 
-def draw_band(axes: Any, time: Any, band: Any, error: Any) -> None:
-    """Draw half of the 95 % band [mm], and the magnitude of the error if it is known, on one logarithmic scale."""
+def draw_band(axes: Any, time: Any, band: Any, error: Any, live: Any = None) -> None:
+    """Draw half of the 95 % band [mm] on a logarithmic scale, with the error's magnitude and the live band if known.
+
+    Args:
+        axes: on which.
+        time: of the samples [s].
+        band: half of its width [mm].
+        error: of the position [mm]; None if unknown.
+        live: half the width of the live sensor's band [m]; None where it is that.
+    """
     if error is not None:
         axes.plot(time, np.maximum(np.abs(error), _LEAST), color=ERROR, lw=0.8, label="error")
+    if live is not None:
+        axes.plot(time, 1e3 * live, color=AS_IT_CAME, lw=1.1, label="95 % band, live")
     axes.plot(time, band, color=ESTIMATE, lw=1.1, label="95 % band")
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter("{x:g}")
     axes.set_ylabel("band ±\n[mm]")
-    if error is not None:
-        legend_above(axes, ncols=2, fontsize=7)
+    if error is not None or live is not None:
+        legend_above(axes, ncols=3, fontsize=7)
 
 
 def run_title(run: Samples) -> str:

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.output import open_dataset
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST, REFERENCED_NOW
+from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LIVE, LOWEST, REFERENCED_NOW, STATUS
 from ramsight.signals import Samples, Signal, Signals
 from ramsight.tracking.gaps import Gaps
 from ramsight.tracking.named_faults import FaultNames
 from ramsight.tracking.passed_time import PassedTime
 
 if TYPE_CHECKING:
-    from ramsight.sensor.virtual_sensor import VirtualSensor
     from ramsight.tracking.availability import Availability
 
 
@@ -48,11 +47,24 @@ class Pieces:
 _TRACK = ("position", "position_std", "status")
 _BAND = (LOWEST, HIGHEST)
 _INTEGRITY = (*_BAND, BOUND, REFERENCED_NOW)
+TABLE = (*_TRACK, *_INTEGRITY)
+"""What a table of a track has, where the sensor says it."""
 _LOG = ("motor_speed", "motor_torque", "oil_temperature")
 
 
+class Follower(Protocol):
+    """What says where the piston was, piece by piece."""
+
+    @property
+    def outputs(self) -> Sequence[str]:
+        """Names of what it says."""
+
+    def followed(self, piece: Signals) -> Signals:
+        """What it says of the next piece."""
+
+
 def track_pieces(
-    sensor: VirtualSensor,
+    sensor: Follower,
     pieces: Iterable[Samples],
     out: str | Path | None = None,
     *,
@@ -60,13 +72,14 @@ def track_pieces(
     keep_log: bool = False,
     all_of_it: bool = False,
     more: tuple[str, ...] = (),
+    beside: tuple[str, ...] = (),
     available: Availability | None = None,
     said_of: Callable[[Signals], Signals] = lambda tracked: tracked,
 ) -> Pieces:
     """Track a log piece by piece, and write the track.
 
     Args:
-        sensor: started; goes on from piece to piece.
+        sensor: started; goes on from piece to piece. Or what has looked back at all of them.
         pieces: of a drive log, in order, for example from `ramsight.logs.open_log` or `open_signals`.
         out: the track's file, with rows where the log has none for long. NetCDF and MCAP hold all that the sensor
             reports, a table (CSV, Parquet, MF4) position, its standard deviation, bound, status in words and whether a
@@ -75,16 +88,18 @@ def track_pieces(
         keep_log: whether the log is kept, for a figure.
         all_of_it: whether every variable of what is kept is kept.
         more: further variables that are kept of track and log, where they have them.
+        beside: further columns of a table, where the sensor says them.
         available: counts how much of the time the position may be used, and is reported with the summary.
         said_of: what is to be said of a piece of the track in its place, as of one that the whole log contradicts.
 
     Raises:
         OutputError: the file cannot be written; then there is none.
     """
-    words = {"status": {int(status): status.text for status in Status}}
+    texts = {int(status): status.text for status in Status}
+    words = dict.fromkeys((STATUS, f"{LIVE}{STATUS}"), texts)
     tally, track, log = Tally(), *(_Kept(None if all_of_it else names, (*_BAND, *more)) for names in (_TRACK, _LOG))
     gaps = Gaps()
-    table = (*_TRACK, *(name for name in _INTEGRITY if name in sensor.recursion.outputs))
+    table = tuple(name for name in (*TABLE, *beside) if name in sensor.outputs)
     with nullcontext() if out is None else open_dataset(out, variables=table, words=words) as writer:
         for piece in map(Signals.of, pieces):
             tracked = said_of(sensor.followed(piece))

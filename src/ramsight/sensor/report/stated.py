@@ -53,7 +53,7 @@ class Stated:
         return ca.fmax(self.below, self.above) / TWO_SIDED_95
 
 
-def stated(together: Mixture, width: Scalar, reach: Reach, beside: Beside, limit: float) -> Stated:
+def stated(together: Mixture, width: Scalar, reach: Reach, beside: Beside, limit: Scalar) -> Stated:
     """What is said of a position.
 
     Args:

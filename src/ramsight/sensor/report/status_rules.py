@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from ramsight.engine.typed_state import leaf
-from ramsight.expression import Flag, Scalar, all_of, any_of, negated, never, scalar
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, negated, never, scalar
 from ramsight.machine.assumption_description import AssumedIntegrity
 from ramsight.sensor.belief.update import Prediction, Updated
 from ramsight.sensor.circuit.load_step import LoadStep
@@ -67,12 +67,12 @@ class PositionEstimate:
     known: Flag
 
 
-def reference_due(said: Stated, integrity: AssumedIntegrity, stroke: float) -> Flag:
+def reference_due(said: Stated, integrity: AssumedIntegrity, stroke: Real) -> Flag:
     """Whether a position is not certain enough to be ok."""
     return any_of(said.settled > integrity.due * stroke, said.beyond > integrity.risk)
 
 
-def too_uncertain(said: Stated, stroke: float) -> Flag:
+def too_uncertain(said: Stated, stroke: Real) -> Flag:
     """Whether it is too uncertain to be used."""
     return said.overall > UNCERTAIN_SHARE * stroke
 

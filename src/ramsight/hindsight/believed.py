@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.expression import count, scalar_symbol
+from ramsight.expression import count, scalar, scalar_symbol
 from ramsight.machine.assumption_description import AssumedIntegrity
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
@@ -25,7 +25,7 @@ from ramsight.sensor.report.detectors import DETECTORS
 from ramsight.sensor.report.stated import Beside, stated
 from ramsight.sensor.report.status_rules import reference_due, too_uncertain
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import END_GIVES, OUTSIDE
+from ramsight.sensor.thresholds import END_GIVES
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST
 
 Array = NDArray[np.float64]
@@ -34,6 +34,7 @@ ASIDE_SAID = ("others", "unseen", "unseen_most", "astray", "width", "wrong", "st
 _BESIDE = ("others", "unseen", "unseen_most", "astray", "width", "wrong")
 _SAID = ("below", "above", "std", "bound", "due", "too_uncertain")
 _AT_ONCE = 65536  # samples: what is worked out of them takes some megabytes
+_LEAST = 1e-6  # of a probability whose moments are no differences of what is nearly alike
 _RANK = {Status.OK: 0} | {one.status: k for k, one in enumerate(DETECTORS, start=1)}
 
 
@@ -55,6 +56,11 @@ class Believed:
     def likeliest(self) -> Array:
         """Positions of the likeliest hypothesis [m]."""
         return self.position[:, int(np.argmax(self.log_weight))]
+
+    @property
+    def start(self) -> tuple[float, float]:
+        """Position of the likeliest in the first sample, and its deviation [m]."""
+        return float(self.likeliest[0]), math.sqrt(self.variance[0, int(np.argmax(self.log_weight))])
 
     def within_cylinder(self, stroke: float) -> Believed:
         """With what the cylinder leaves of each hypothesis: the whole of its way lies within it.
@@ -83,7 +89,7 @@ class Believed:
 def truncated(low: float, high: float) -> tuple[float, float]:
     """Mean and variance of a standard normal variable that is between two numbers.
 
-    Where they leave next to nothing of it, it is at the middle of them: ways are wrong as well.
+    Where they leave nothing of it, it stays as it is: a way that is longer than the stroke says nothing.
 
     Source: Johnson, Kotz and Balakrishnan (1994), Continuous Univariate Distributions 1, section 13.10.1.
 
@@ -94,7 +100,7 @@ def truncated(low: float, high: float) -> tuple[float, float]:
         (0.0, 1.0)
     """
     share = 0.5 * (math.erf(high / math.sqrt(2.0)) - math.erf(low / math.sqrt(2.0)))
-    if low >= high or share < OUTSIDE:
+    if low >= high or share < _LEAST:
         return 0.0, 1.0
     at_low, at_high = (math.exp(-0.5 * one**2) / math.sqrt(2.0 * math.pi) for one in (low, high))
     mean = (at_low - at_high) / share
@@ -110,7 +116,6 @@ def said_of(believed: Believed, aside: Mapping[str, Array], unit: HydraulicUnit)
         unit: that is watched.
     """
     stroke, k = float(unit.cylinder.stroke), len(believed.log_weight)
-    believed = believed.within_cylinder(stroke)
     shown = np.clip(believed.likeliest, 0.0, stroke)
     function, parts = _function(k, stroke, unit.assumptions.integrity), []
     for first in range(0, len(shown), _AT_ONCE):
@@ -166,7 +171,7 @@ def _function(hypotheses: int, stroke: float, integrity: AssumedIntegrity) -> ca
         beside["width"],
         Reach(-shown, stroke - shown, END_GIVES * stroke + ca.sqrt(widest)),
         Beside(beside["others"], UnseenLoad(beside["unseen"], beside["unseen_most"]), beside["astray"]),
-        integrity.limit * stroke,
+        scalar(integrity.limit * stroke),
     )
     out = [said.below, said.above, said.std, said.bound]
     out += [count(reference_due(said, integrity, stroke)), count(too_uncertain(said, stroke))]
