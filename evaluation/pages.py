@@ -16,6 +16,7 @@ import constants_varied
 import drive_control
 import effects
 import fmeda
+import hindsight
 import in_service
 import leak_learning
 import loader_control
@@ -249,6 +250,7 @@ def all_tables(found: dict[str, Any]) -> dict[str, list[str]]:
     tables["constants"] = constants_varied.table(varied)
     tables["second_channel"] = second_channel.table(found["second_channel"])
     tables |= {name: table(found["loader_control"]) for name, table in LOADER_TABLES.items()}
+    tables |= hindsight.tables(found["hindsight"])
     return tables | {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()}
 
 

@@ -19,6 +19,7 @@ import commissioned
 import drive_control
 import effects
 import faults
+import hindsight
 import identify_coverage
 import in_service
 import leak_learning
@@ -122,6 +123,7 @@ STUDIES = {
     "unit_control": whole("driving every circuit", unit_control),
     "drive_control": whole("driving with every drive", drive_control),
     "loop_response": whole("the loop's response", loop_response),
+    "hindsight": whole("logs looked back at", hindsight),
     "real_machine": Study(
         "days of real machines",
         lambda given: real_machine.runs(real_machine.DAYS),
