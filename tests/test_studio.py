@@ -854,6 +854,19 @@ def test_a_log_is_proposed_a_map_and_tracked_with_the_figures_of_the_verb(tmp_pa
     assert done["progress"] == pytest.approx(1.0, abs=0.05)
 
 
+def test_a_log_is_looked_back_at(tmp_path):
+    copied = tmp_path / "bucket_hot.csv.gz"
+    copied.write_bytes((TRACES / "unknown" / copied.name).read_bytes())
+    asked = Asked(machine.load_machine("mining-loader"), "bucket", str(copied))
+    live = told(track, asked)["tracked"]["summary"]
+    done = told(track, replace(asked, hindsight=True))
+    assert "position unknown at first" in live
+    assert "position 399" in done["tracked"]["summary"]
+    assert "live_position_m" in (tmp_path / "track.csv").read_text().splitlines()[0]
+    refused = told(track, replace(asked, hindsight=True, sensor="balance", start="0.4 m"))
+    assert "has no hypotheses to look back at" in refused["error"]
+
+
 def told(work, asked):
     """What some work said last of each thing."""
     found = {}

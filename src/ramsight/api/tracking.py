@@ -262,7 +262,7 @@ def follow(
         hindsight: whether all of the log says where the piston was, and not what came before.
         both: whether a table has what the live sensor said beside it.
         progress: show a bar on a terminal.
-        advance: is passed the share of a file that was read since the last call, where there is no bar.
+        advance: is passed the share of the work that was done since the last call, where there is no bar.
         say: is passed what became of the state file.
     """
     if hindsight and sensor != "kalman":
@@ -282,9 +282,9 @@ def follow(
             stack.callback(kept.release)
             kept.hold()
         begin(say)
+        bar = stack.enter_context(progress_bar(1.0, "tracking")) if progress else None
         ways = 1.0 + ways_of(virtual.state) if hindsight else 1.0
-        bar = stack.enter_context(progress_bar(ways, "tracking")) if progress else None
-        tells = bar.advance if bar else advance
+        tells = _parts_of(bar.advance if bar else advance, ways)
         pieces, file = _pieces(log, channel_map, tells)
         watch = Watch(unit, file, channel_map)
         seen = watch.over(pieces if passed is None else _remembered(pieces, passed))
@@ -317,6 +317,11 @@ def follow(
     fits = "" if back is None or watch.mistake is not None else back.text
     summary = f"{done.summary}\n  {fits}" if fits else done.summary
     return replace(done, summary=summary, mistake=watch.last_word, is_contradicted=watch.mistake is not None)
+
+
+def _parts_of(advance: Callable[[float], object] | None, ways: float) -> Callable[[float], object] | None:
+    """What takes shares of a way through a log, of which there are so many."""
+    return None if advance is None else lambda share: advance(share / ways)
 
 
 def _sensor_of(unit: HydraulicUnit, kind: str, *, progress: bool) -> VirtualSensor:

@@ -104,6 +104,7 @@ class _LogsPage:
                 self.unit = ui.select(list(machine.units), value=next(iter(machine.units)), label="unit")
                 self.start = ui.input("piston at first, e.g. 120 mm").classes("w-60")
                 self.sensor = ui.select(list(SENSORS), value=SENSORS[0], label="sensor")
+                self.hindsight = ui.checkbox("in hindsight: by all of the log")
                 self.mapped = ui.checkbox("use the channel map below")
                 ui.button("track", on_click=lambda: self._begin(track)).props("id=track")
         self.bar = ui.linear_progress(0.0, show_value=False).props('aria-label="share of the log that is done"')
@@ -207,6 +208,7 @@ class _LogsPage:
         asked = self.asked = Asked(
             self.visit.machine, self.unit.value, str(self.files["log"]), None if truth is None else str(truth),
             self.start.value or "", self.sensor.value, self.map.value if self.mapped.value else "",
+            self.hindsight.value,
         )  # fmt: skip
         self.bar.set_value(0.0)
         if work is track:

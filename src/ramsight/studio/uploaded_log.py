@@ -63,6 +63,7 @@ class Asked:
         start: where the piston is at first, in words; "" if unknown.
         sensor: its kind.
         map_toml: the channel map; "" for a table with the usual columns.
+        hindsight: whether all of the log says where the piston was.
     """
 
     machine: Machine
@@ -72,6 +73,7 @@ class Asked:
     start: str = ""
     sensor: str = "kalman"
     map_toml: str = ""
+    hindsight: bool = False
 
     @property
     def folder(self) -> Path:
@@ -120,7 +122,8 @@ def track(say: Say, asked: Asked) -> None:
         known, channel_map = _truth(asked), asked.channel_map
         done = follow(
             unit, asked.file, channel_map, sensor=asked.sensor, start=position, start_std=std,
-            out=asked.folder / TRACK, keep_track=True, keep_log=True, more=("mode", "reference"), advance=_shares(tell),
+            out=asked.folder / TRACK, keep_track=True, keep_log=True, more=("mode", "reference"),
+            hindsight=asked.hindsight, both=True, advance=_shares(tell),
         )  # fmt: skip
         if done.track is None or done.log is None:
             tell("error", "the log has no samples")
