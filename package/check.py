@@ -42,7 +42,7 @@ NEEDED = (
     "ramsight/demo/workday_truth.csv.gz",
 )
 WHEEL_TOO = tuple(
-    f"ramsight/studio/{page}.md" for page in ("status", "status-invalid", "messages")
+    f"ramsight/studio/{page}.md" for page in ("status", "messages")
 )  # copies of docs/reference
 SDIST_TOO = (
     "pyproject.toml",
