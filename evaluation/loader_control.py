@@ -247,7 +247,8 @@ def limits(found: dict[str, dict[str, Any]]) -> list[str]:
         f"The sensors alone are off by {_mm(three['sensor_p95'])}, as the column says. The visits take "
         f"{three['visits_time']:.0f} s, the ten targets after them {three['work_time']:.0f} s.",
         "",
-        f"Visits that are planned by their expected worth ([how](../explanation/control-concept.md#planned-references)) take "
+        "Visits that are planned by their expected worth "
+        "([how](../explanation/control-concept.md#planned-references)) take "
         f"{planned['visits_time']:.0f} s",
         f"and give {_mm(planned['p95'])} in place of {_mm(three['p95'])}. Taken again when they are due they cost "
         f"{more:.0f} s more and give {_mm(due['p95'])}.",

@@ -290,8 +290,8 @@ def test_no_drive_as_it_is_declared_is_stopped_in_hours_of_work_with_its_noise_o
 def test_the_page_of_studies_quotes_its_sheets_and_the_benchmark(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     sheets = importlib.import_module("datasheets")
-    pages = ((ROOT / "docs" / name).read_text() for name in ("reference/data-sheets.md", "explanation/data-sheet-method.md"))
-    page = "".join(pages)
+    names = ("reference/data-sheets.md", "explanation/data-sheet-method.md")
+    page = "".join((ROOT / "docs" / name).read_text() for name in names)
     for name, rows in sheets.tables().items():
         assert "\n".join(rows) in page, name
     for name, sheet in sheets.found().items():

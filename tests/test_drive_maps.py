@@ -85,7 +85,8 @@ def test_a_map_of_the_catalogue_knows_no_oil(tmp_path):
 
 
 def test_the_page_lists_every_map_with_its_source():
-    (chapter,) = re.findall(r"^## Maps of drives\n(.*?)^## ", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    text = PAGE.read_text(encoding="utf-8")
+    (chapter,) = re.findall(r"^## Maps of drives\n(.*?)^## ", text, re.MULTILINE | re.DOTALL)
     rows = re.findall(r"^\| `([a-z0-9-]+)` \| (.+?) \| (.+?) \| (.+?) \|$", chapter, re.MULTILINE)
     assert rows == [(one.name, one.title, one.source, one.tried) for one in drive_maps()]
     assert len(rows) >= 10
