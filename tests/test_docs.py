@@ -107,6 +107,17 @@ def test_what_to_expect_is_what_sheets_and_studies_found(name, monkeypatch):
         assert f"<!-- {block} -->\n\n" + "\n".join(rows) + f"\n\n<!-- end of {block} -->" in page.read_text(), block
 
 
+def test_the_first_page_answers_ten_questions_each_with_a_page():
+    text = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    (table,) = re.findall(r"^## Ten questions\n\n(.*?)\n\n", text, flags=re.MULTILINE | re.DOTALL)
+    rows = re.findall(r"^\| (.+?\?) \| (.+?) \| (.*\]\(.+?\.md.*) \|$", table, flags=re.MULTILINE)
+    subjects = ("cost", "hardware", "accurate", "trust", "fails", "uses", "licence", "helps", "Windows", "PLC")
+    assert len(rows) == len(subjects)
+    for subject, (question, answer, _) in zip(subjects, rows, strict=True):
+        assert subject in question
+        assert len(answer.split()) >= 5, question
+
+
 def test_the_performance_page_quotes_the_benchmark():
     found, page = (
         json.loads((ROOT / "results" / "bench.json").read_text()),
