@@ -155,7 +155,7 @@ def exponent(rows: list[list[float]], column: int) -> float:
 
 
 def table(name: str, rows: list[list[float]]) -> list[str]:
-    """Table of docs/reference/performance-limits.md."""
+    """Table of docs/reference/performance.md."""
     shown = ["| " + " | ".join(HEADS[name]) + " |", "|---|---|---|---|"]
     for count, *values in rows:
         first, second, third = (values[0], 1e3 * values[1], values[2]) if name != "rows" else values

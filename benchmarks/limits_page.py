@@ -1,4 +1,4 @@
-"""Writes the tables of docs/reference/performance-limits.md from results/bench.json, between their marks."""
+"""Writes the tables of docs/reference/performance.md from results/bench.json, between their marks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import peers
 import roofline
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "reference" / "performance-limits.md"
+PAGE = ROOT / "docs" / "reference" / "performance.md"
 
 
 def tables(found: dict[str, Any]) -> dict[str, list[str]]:

@@ -144,7 +144,7 @@ def readers(folder, repeats):
 
 
 def table(found):
-    """Table of docs/reference/performance-limits.md."""
+    """Table of docs/reference/performance.md."""
     rows = ["| task | ramsight [s] | other [s] | by |", "|---|---|---|---|"]
     if found["cycle"]:
         ours, other = found["cycle"]["ours"][0], found["cycle"]["cvode"][0]

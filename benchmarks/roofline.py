@@ -104,7 +104,7 @@ def measured(quick):
 
 
 def table(found):
-    """Table of docs/reference/performance-limits.md."""
+    """Table of docs/reference/performance.md."""
     rows = [
         f"| operation on {found['lanes']} numbers | in a step | ns each | share of a step |",
         "|---|---|---|---|",

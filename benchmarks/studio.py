@@ -166,7 +166,7 @@ def measure(minutes: float, sessions: int, keep: Callable[[dict[str, Any]], obje
 
 
 def table(found: dict[str, Any]) -> list[str]:
-    """The figures as docs/how-to/studio-views.md quotes them."""
+    """The figures as docs/how-to/studio.md quotes them."""
     first, last, many = found["first"], found["last"], found["sessions"]
     paints = [f"{found[name]:.1f} s" for name in ("first_paint_s", "again_first_paint_s")]
     pages = [f"{then['page_mib']:.0f} MiB" for then in (first, last)]

@@ -1,4 +1,4 @@
-"""The figure of docs/explanation/log-clock.md: three channels at three rates, and what the log has of them."""
+"""The figure of docs/explanation/damaged-files.md: three channels at three rates, and what the log has of them."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The picture of docs/reference/drive-accuracy.md: what drives and faults make of a move, from results/study.json."""
+"""The picture of docs/reference/control-accuracy.md: what drives and faults make of a move, from results/study.json."""
 
 from __future__ import annotations
 

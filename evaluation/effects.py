@@ -1,4 +1,4 @@
-"""What each option of a description moves on the loader's boom: docs/reference/effects.md has the table.
+"""What each option of a description moves on the loader's boom: docs/reference/real-machines.md has the table.
 
 One effect at a time, on the same moves with and without it. What is compared is the true position of the rod, or the
 torque that the motor gives, of two simulated machines; no sensor is in it.
@@ -260,7 +260,7 @@ def study(advance: Callable[[int], object]) -> list[dict[str, Any]]:
 
 
 def table(found: list[dict[str, Any]]) -> list[str]:
-    """The table of docs/reference/effects.md."""
+    """The table of docs/reference/real-machines.md."""
     head = ["| effect | option | where the value is from | what was done | moves the rod by |", "|---|---|---|---|---|"]
     rows = []
     for row in found:

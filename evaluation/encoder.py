@@ -2,7 +2,7 @@
 
 `ramsight encoder` runs as a program of its own on a multicast bus, beside a drive that plays a recorded log; a client
 that knows the EDS file and CiA 406, and nothing else, listens. Prints what goes over the bus; the figures go into a
-JSON file that docs/reference/encoder-timing.md quotes.
+JSON file that docs/reference/encoder.md quotes.
 
     python evaluation/encoder.py --out results/encoder.json
 """

@@ -77,7 +77,7 @@ def _figures(rows: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> dict[st
 
 
 def table(found: dict[str, dict[str, dict[str, float]]]) -> list[str]:
-    """Table of docs/explanation/learning.md."""
+    """Table of docs/explanation/estimation.md."""
     rows = [
         "| unit | `drive.release` | leak factor after 60 s: RMS error | stated | error over that, RMS |",
         "|---|---|---|---|---|",

@@ -210,7 +210,7 @@ ROWS = {
 
 
 def table(found: dict[str, dict[str, Any]]) -> list[str]:
-    """The figures as docs/reference/loader-accuracy.md has them, lengths in mm."""
+    """The figures as docs/reference/control-accuracy.md has them, lengths in mm."""
     columns = ("p95", "largest", "boom_p95", "bucket_p95", "sensor_p95", "tip_median", "tip_p95")
     rows = [
         "| machine, feedback | targets reached | rod, p95 [mm] | largest | boom, p95 | bucket, p95 | sensors, p95 "
@@ -247,7 +247,8 @@ def limits(found: dict[str, dict[str, Any]]) -> list[str]:
         f"The sensors alone are off by {_mm(three['sensor_p95'])}, as the column says. The visits take "
         f"{three['visits_time']:.0f} s, the ten targets after them {three['work_time']:.0f} s.",
         "",
-        f"Visits that are planned by their expected worth ([how](../explanation/planned-visits.md)) take "
+        "Visits that are planned by their expected worth "
+        "([how](../explanation/control-concept.md#planned-references)) take "
         f"{planned['visits_time']:.0f} s",
         f"and give {_mm(planned['p95'])} in place of {_mm(three['p95'])}. Taken again when they are due they cost "
         f"{more:.0f} s more and give {_mm(due['p95'])}.",

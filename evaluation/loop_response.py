@@ -176,7 +176,7 @@ def runs() -> int:
 
 
 def table(found: dict[str, dict[str, Any]]) -> list[str]:
-    """The margins as docs/explanation/control-stability.md has them."""
+    """The margins as docs/explanation/control-concept.md has them."""
     rows = ["| unit | drive | crossover [Hz] | phase margin [°] | gain margin |", "|---" * 5 + "|"]
     for name, drives in found.items():
         for drive, row in drives.items():

@@ -1,4 +1,4 @@
-"""Tables of pages that the code itself states: thresholds, objects and alarms of the encoder, checks of two units."""
+"""Tables of pages that the code itself states: thresholds, the encoder's, maps of drives, checks of two units."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from ramsight.constant import constants_of
 from ramsight.deploy.encoder.alarms import OF_STATUS, Fault
 from ramsight.deploy.encoder.objects import OBJECTS, Entry, code
 from ramsight.deploy.encoder.quality import GOOD, QUALITY
+from ramsight.logs.drive_maps import drive_maps
 from ramsight.tracking.sharing import SHARED
 
 
@@ -27,6 +28,13 @@ def shared_table() -> str:
         for one in SHARED
     ]
     return "\n".join(rows)
+
+
+def drive_map_table() -> str:
+    """The channel maps of drives that ramsight brings, in Markdown, each with its source."""
+    lines = ["| map | drive | source | tried |", "|---|---|---|---|"]
+    lines += [f"| `{one.name}` | {one.title} | {one.source} | {one.tried} |" for one in drive_maps()]
+    return "\n".join(lines)
 
 
 def fault_table() -> str:

@@ -30,7 +30,7 @@ import tuned_sensor
 import undisturbed
 import unit_control
 import wrong_descriptions
-from page_tables import constant_table, shared_table
+from page_tables import constant_table, drive_map_table, fault_table, object_table, quality_table, shared_table
 
 from ramsight.closed_loop import thresholds as loop_thresholds
 from ramsight.control import thresholds as control_thresholds
@@ -245,6 +245,8 @@ def all_tables(found: dict[str, Any]) -> dict[str, list[str]]:
     tables["undisturbed"] = undisturbed.table(found["undisturbed"])
     tables |= {"redundancy": signal_sets.table(), "detectors": detector_table().splitlines()}
     tables["shared"] = shared_table().splitlines()
+    tables |= {"encoder_objects": object_table().splitlines(), "encoder_faults": fault_table().splitlines()}
+    tables |= {"encoder_quality": quality_table().splitlines(), "drive_maps": drive_map_table().splitlines()}
     tables |= {name: constant_table(table).splitlines() for name, table in THRESHOLDS.items()}
     varied = json.loads((ROOT / "results" / "constants.json").read_text(encoding="utf-8"))
     tables["constants"] = constants_varied.table(varied)

@@ -97,7 +97,7 @@ def auc(healthier: Array, leakier: Array) -> float:
 
 
 def study(folder: Path) -> dict[str, float]:
-    """All figures that docs/reference/real-oil.md quotes."""
+    """All figures that docs/reference/plant-accuracy.md quotes."""
     bench = read(folder)
     healthy = (bench.leak == 0) & bench.stable
     rows = bench.open & healthy[:, None]

@@ -1,7 +1,7 @@
 """Runs the studies that the docs quote: python evaluation/run.py --out results/study.json [--only X].
 
-The real-oil study needs the data of the UCI repository (docs/reference/real-oil.md) in a folder that is given by --data
-or by RAMSIGHT_DATA; without it its figures in the file stay as they are.
+The real-oil study needs the data of the UCI repository (docs/reference/plant-accuracy.md) in a folder that is given by
+--data or by RAMSIGHT_DATA; without it its figures in the file stay as they are.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Writes the table of outputs.md from a sensor that has every output: python evaluation/sensor_outputs.py."""
+"""Writes the table of outputs from a sensor that has every output: python evaluation/sensor_outputs.py."""
 
 from __future__ import annotations
 

@@ -41,9 +41,7 @@ NEEDED = (
     "ramsight/demo/workday.csv.gz",
     "ramsight/demo/workday_truth.csv.gz",
 )
-WHEEL_TOO = tuple(
-    f"ramsight/studio/{page}.md" for page in ("status", "status-invalid", "messages")
-)  # copies of docs/reference
+WHEEL_TOO = tuple(f"ramsight/studio/{page}.md" for page in ("status", "messages"))  # copies of docs/reference
 SDIST_TOO = (
     "pyproject.toml",
     "README.md",

@@ -107,6 +107,17 @@ def test_what_to_expect_is_what_sheets_and_studies_found(name, monkeypatch):
         assert f"<!-- {block} -->\n\n" + "\n".join(rows) + f"\n\n<!-- end of {block} -->" in page.read_text(), block
 
 
+def test_the_first_page_answers_ten_questions_each_with_a_page():
+    text = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    (table,) = re.findall(r"^## Ten questions\n\n(.*?)\n\n", text, flags=re.MULTILINE | re.DOTALL)
+    rows = re.findall(r"^\| (.+?\?) \| (.+?) \| (.*\]\(.+?\.md.*) \|$", table, flags=re.MULTILINE)
+    subjects = ("cost", "hardware", "accurate", "trust", "fails", "uses", "licence", "helps", "Windows", "PLC")
+    assert len(rows) == len(subjects)
+    for subject, (question, answer, _) in zip(subjects, rows, strict=True):
+        assert subject in question
+        assert len(answer.split()) >= 5, question
+
+
 def test_the_performance_page_quotes_the_benchmark():
     found, page = (
         json.loads((ROOT / "results" / "bench.json").read_text()),
@@ -158,7 +169,7 @@ def test_the_outputs_of_the_sensor_are_those_of_the_code(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     outputs = importlib.import_module("sensor_outputs")
     rows = outputs.rows()
-    assert "\n".join(rows) in (ROOT / "docs" / "reference" / "outputs.md").read_text(encoding="utf-8")
+    assert "\n".join(rows) in (ROOT / "docs" / "reference" / "log-formats.md").read_text(encoding="utf-8")
     assert {row.split(" | ")[-1] for row in rows[2:]} == {"always |", "with further signals |"}
 
 
@@ -174,7 +185,7 @@ def test_the_keys_of_a_description_are_those_of_its_models(monkeypatch):
 def test_the_page_of_thresholds_has_every_number_of_sensor_and_control(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
-    page = (ROOT / "docs" / "reference" / "thresholds.md").read_text()
+    page = (ROOT / "docs" / "reference" / "detectors.md").read_text()
     for name, table in pages.THRESHOLDS.items():
         assert f"<!-- {name} -->\n\n{constant_table(table)}\n\n<!-- end of {name} -->" in page
         for constant, value in constants_of(table).items():
@@ -204,16 +215,15 @@ def test_the_pages_of_faults_quote_code_and_study(monkeypatch):
         "reference/detectors",
         "explanation/signals",
         "reference/fault-detection",
-        "reference/fault-bounds",
         "safety",
     )
-    detectors_page, signals, faults, bounds, safety = ((ROOT / "docs" / f"{name}.md").read_text() for name in names)
+    detectors_page, signals, faults, safety = ((ROOT / "docs" / f"{name}.md").read_text() for name in names)
     assert detector_table() in detectors_page
     assert "\n".join(pages.signal_sets.table()) in signals
     for table in (pages.faults, pages.by_signals, pages.noticed):
         assert "\n".join(table(found["faults"])) in faults
-    assert "\n".join(pages.beyond_bound(found["faults"])) in bounds
-    assert "\n".join(pages.bounds.table(found["bounds"])) in bounds
+    assert "\n".join(pages.beyond_bound(found["faults"])) in faults
+    assert "\n".join(pages.bounds.table(found["bounds"])) in faults
     assert "\n".join(pages.second_channel.table(found["second_channel"])) in safety
     both = found["faults"]["+ counter and DC power"]
     wrong = [row for row in both["rows"] if row["input"] in ("motor_speed", "motor_torque")]
@@ -240,7 +250,7 @@ def test_the_page_of_the_plant_quotes_what_each_effect_moves(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     effects = importlib.import_module("effects")
     found = json.loads((ROOT / "results" / "study.json").read_text())["effects"]
-    assert "\n".join(effects.table(found)) in (ROOT / "docs" / "reference" / "effects.md").read_text()
+    assert "\n".join(effects.table(found)) in (ROOT / "docs" / "reference" / "real-machines.md").read_text()
     assert [row["name"] for row in found] == [effect.name for effect in effects.EFFECTS]
 
 
@@ -291,8 +301,8 @@ def test_no_drive_as_it_is_declared_is_stopped_in_hours_of_work_with_its_noise_o
 def test_the_page_of_studies_quotes_its_sheets_and_the_benchmark(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     sheets = importlib.import_module("datasheets")
-    pages = ((ROOT / "docs" / name).read_text() for name in ("reference/data-sheets.md", "explanation/error-budget.md"))
-    page = "".join(pages)
+    names = ("reference/data-sheets.md", "explanation/data-sheet-method.md")
+    page = "".join((ROOT / "docs" / name).read_text() for name in names)
     for name, rows in sheets.tables().items():
         assert "\n".join(rows) in page, name
     for name, sheet in sheets.found().items():
@@ -319,7 +329,7 @@ def test_the_page_of_the_studio_quotes_the_benchmark(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
     bench = importlib.import_module("studio")
     found = json.loads((ROOT / "results" / "studio.json").read_text())
-    assert "\n".join(bench.table(found)) in (ROOT / "docs" / "how-to" / "studio-views.md").read_text()
+    assert "\n".join(bench.table(found)) in (ROOT / "docs" / "how-to" / "studio.md").read_text()
 
 
 LONG = {"24 h without a restart": 1, "log of 10^8 rows": 1, "restart on a busy bus": 30}

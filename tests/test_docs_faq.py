@@ -11,7 +11,7 @@ from ramsight.tracking import comparing
 
 ROOT = Path(__file__).parent.parent
 SOURCE = Path(ramsight.__file__).parent
-NAMES = ("status", "status-invalid", "messages")
+NAMES = ("status", "messages")
 FAQ = "\n".join((ROOT / "docs" / "reference" / f"{name}.md").read_text(encoding="utf-8") for name in NAMES)
 RESERVED = {Status.CAVITATION}
 """Statuses that no sensor reports."""

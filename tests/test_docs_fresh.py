@@ -26,7 +26,7 @@ def test_what_effects_move_is_as_the_page_of_the_plant_says(evaluation, monkeypa
     monkeypatch.setattr(effects, "EFFECTS", tuple(one for one in effects.EFFECTS if one.name in names))
     fresh = effects.table(effects.study(lambda _: None))
     assert len(fresh) == 2 + len(names) + 1  # oil cools at two places
-    assert [row for row in fresh if row not in rows_of("reference/effects")] == []
+    assert [row for row in fresh if row not in rows_of("reference/real-machines")] == []
 
 
 @pytest.mark.parametrize("log", ["boom_441kN_40C", "boom_asbuilt1_leaktest"])
@@ -51,4 +51,4 @@ def test_the_margins_of_a_loop_are_as_the_page_of_the_control_says(evaluation, m
     monkeypatch.setattr(study, "DRIVES", {drive: study.DRIVES[drive]})
     fresh = study.table(study.study())
     assert len(fresh) == 3
-    assert [row for row in fresh if row not in rows_of("explanation/control-stability")] == []
+    assert [row for row in fresh if row not in rows_of("explanation/control-concept")] == []

@@ -111,7 +111,6 @@ RUN_BY_NAME = {
     "docs/how-to/python.md",
     "docs/how-to/control.md",
     "docs/how-to/mechanism.md",
-    "docs/how-to/mechanism-run.md",
 }
 """Pages whose Python test_docs.py and test_loader.py run, and look at what it leaves."""
 

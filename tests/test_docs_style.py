@@ -13,7 +13,7 @@ PAGES = [ROOT / "README.md", *IN_FOLDERS]
 READ_FIRST = (
     "README.md",
     "docs/index.md",
-    *(f"docs/reference/{name}.md" for name in ("status", "status-invalid", "messages", "glossary", "commands")),
+    *(f"docs/reference/{name}.md" for name in ("status", "messages", "glossary", "commands")),
     "docs/how-to/python.md",
     *sorted(page.relative_to(ROOT).as_posix() for page in (ROOT / "docs" / "tutorials").glob("*.md")),
 )

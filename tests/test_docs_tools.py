@@ -11,7 +11,7 @@ import pytest
 from ramsight.deploy.encoder.eds import eds_text
 from ramsight.deploy.fmu_description import TOOL
 
-PAGE = (Path(__file__).parent.parent / "docs" / "how-to" / "other-tools.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parent.parent / "docs" / "how-to" / "fmu.md").read_text(encoding="utf-8")
 
 
 def block(kind):

@@ -580,8 +580,8 @@ def test_a_unit_that_would_burn_its_oil_is_refused(monkeypatch):
 
 
 def given_by_the_page():
-    """Everything that docs/reference/effects.md gives an example of, by its path in the unit."""
-    page = (ROOT / "docs" / "reference" / "effects.md").read_text()
+    """Everything that docs/reference/real-machines.md gives an example of, by its path in the unit."""
+    page = (ROOT / "docs" / "reference" / "real-machines.md").read_text()
     (block,) = re.findall(r"<!-- a real boom -->\n```toml\n(.*?)```", page, flags=re.DOTALL)
     changes = {}
     for part, values in tomllib.loads(block)["units"]["boom"].items():

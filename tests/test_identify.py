@@ -293,7 +293,8 @@ def test_the_page_quotes_the_studies(monkeypatch):
     found, page = (
         json.loads((ROOT / "results" / "study.json").read_text()),
         "".join(
-            (ROOT / "docs" / "reference" / f"{name}.md").read_text() for name in ("real-oil", "accuracy-commissioned")
+            (ROOT / "docs" / "reference" / f"{name}.md").read_text()
+            for name in ("plant-accuracy", "accuracy-commissioned")
         ),
     )
     real, machines = found["real_oil"], found["identify"]

@@ -129,7 +129,7 @@ def test_the_page_quotes_what_was_measured(monkeypatch):
     found = json.loads((ROOT / "results" / "inertia.json").read_text())
     page = "".join(
         (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
-        for name in ("explanation/detection", "reference/detectors")
+        for name in ("explanation/signals", "reference/detectors")
     )
     assert "\n".join(inertia.table(found)) in page
     assert inertia.sentence(found) in page.replace("\n", " ")

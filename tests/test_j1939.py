@@ -41,7 +41,7 @@ def test_what_is_sent_reads_back(position, velocity, std, warns, referenced):
     assert flags == 0b00000101 | warns << 4 | referenced << 6
 
 
-PAGE = (Path(__file__).parents[1] / "docs" / "reference" / "encoder-protocols.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[1] / "docs" / "reference" / "encoder.md").read_text(encoding="utf-8")
 
 
 def test_the_frame_and_the_dbc_file_of_the_page_are_those_that_are_sent():

@@ -176,7 +176,7 @@ def test_changing_oil_temperature_reaches_its_own_unit_only():
 
 
 HOW_TO = Path(__file__).parent.parent / "docs" / "how-to"
-PAGE, AT_WORK = ((HOW_TO / f"{name}.md").read_text(encoding="utf-8") for name in ("mechanism", "mechanism-run"))
+PAGE = (HOW_TO / "mechanism.md").read_text(encoding="utf-8")
 
 
 def test_the_pages_mechanism_is_the_catalogues_and_its_python_runs():
@@ -187,7 +187,7 @@ def test_the_pages_mechanism_is_the_catalogues_and_its_python_runs():
         for name, part in shown[kind].items():
             assert part.items() <= whole[kind][name].items()
     names = {}
-    for code in re.findall(r"```python\n(.*?)```", PAGE + AT_WORK, re.S):
+    for code in re.findall(r"```python\n(.*?)```", PAGE, re.S):
         exec(code, names)
     assert names["log"].sizes["time"] > 3000
     assert names["loop"].now.position["boom"] == pytest.approx(0.4, abs=3e-3)

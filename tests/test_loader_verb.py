@@ -139,7 +139,7 @@ def test_targets_are_met_and_faults_stop_the_machine(study):
 def test_the_page_quotes_the_study(study, monkeypatch):
     """Tables and sentences of the page are those of results/study.json; every row is of a way that the study goes."""
     found = json.loads((ROOT / "results" / "study.json").read_text())["loader_control"]
-    page = (ROOT / "docs" / "reference" / "loader-accuracy.md").read_text()
+    page = (ROOT / "docs" / "reference" / "control-accuracy.md").read_text()
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     for name, table in importlib.import_module("pages").LOADER_TABLES.items():
         assert "\n".join(table(found)) in page, name

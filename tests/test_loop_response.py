@@ -1,4 +1,4 @@
-"""The measured open loop of docs/explanation/control-stability.md: margins and phase of a loop that is known."""
+"""The measured open loop of docs/explanation/control-concept.md: margins and phase of a loop that is known."""
 
 from pathlib import Path
 

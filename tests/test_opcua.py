@@ -198,7 +198,7 @@ def test_what_makes_a_position_invalid_is_bad_and_nothing_wrong_is_good():
 
 
 def test_the_page_has_the_table_of_the_code():
-    page = Path(__file__).parents[1] / "docs" / "reference" / "encoder-protocols.md"
+    page = Path(__file__).parents[1] / "docs" / "reference" / "encoder.md"
     assert quality_table() in page.read_text(encoding="utf-8")
 
 

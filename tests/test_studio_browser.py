@@ -1,6 +1,6 @@
 """The studio in a real Chromium: what a visitor sees and does.
 
-`RAMSIGHT_PICTURES=docs/images pytest tests/test_studio_browser.py` renews the pictures of docs/how-to/studio-views.md.
+`RAMSIGHT_PICTURES=docs/images pytest tests/test_studio_browser.py` renews the pictures of docs/how-to/studio.md.
 """
 
 import contextlib
@@ -152,7 +152,7 @@ def wait(page, condition):
 
 
 def picture(page, name):
-    """Renew a picture of docs/how-to/studio-views.md, if wanted."""
+    """Renew a picture of docs/how-to/studio.md, if wanted."""
     if folder := os.environ.get("RAMSIGHT_PICTURES"):
         page.screenshot(path=Path(folder) / name)
 

@@ -163,7 +163,7 @@ def export_parameters(
     """Write the numbers of another machine of the kind, for an FMU or C that is built already.
 
     A kind is one circuit with its options and assumptions. Of a sensor some numbers belong to the kind as well, bore,
-    rod and stroke among them (docs/how-to/c-one-build.md): numbers of a machine of another kind are refused.
+    rod and stroke among them (docs/how-to/c-firmware.md): numbers of a machine of another kind are refused.
 
     Example: ramsight export parameters left.toml --unit boom --out left.ssv
     """

@@ -71,7 +71,7 @@ class Shared:
 
 
 # Thermometers of class B are right to 0.5 K at 40 degC (IEC 60751), and a pump that works has its oil up to 6 K warmer
-# than the tank (docs/reference/effects.md). That inverters measure voltage to 1 % is a guess.
+# than the tank (docs/reference/real-machines.md). That inverters measure voltage to 1 % is a guess.
 OIL = Shared(
     "oil_temperature", "K", "both thermometers", "both are in the same oil, Σ(T₁ − T₂)h = 0", 60.0,
     Allowed(noise=0.3, offset=3.0), "a temperature that is missing is the other unit's",

@@ -228,7 +228,7 @@ CONTRADICTIONS = tuple(one.status for one in DETECTORS if one.needs)
 
 
 def detector_table() -> str:
-    """The rows for the documentation, in Markdown, without the alarms of the encoder (encoder-alarms.md)."""
+    """The rows for the documentation, in Markdown, without the alarms of the encoder (encoder.md)."""
     rows = [
         (f"`{one.status.name.lower()}`", ", ".join(one.signals), one.hypothesis, one.threshold, one.after, one.then)
         for one in DETECTORS
