@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 import ramsight
 from ramsight.errors import DescriptionError
 from ramsight.hindsight import looking_back
-from ramsight.hindsight.believed import Believed, said_of, truncated
+from ramsight.hindsight.innovations import Innovation, Innovations, mean_range
 from ramsight.hindsight.looking_back import Recalled, looked_back, ways_of
+from ramsight.hindsight.positions import Positions, said_of, truncated
 from ramsight.hindsight.smoother import Ahead, backward
-from ramsight.hindsight.surprise import Surprise, Surprises, mean_range
 from ramsight.hindsight.trace import ASIDE, Trace, Tracer
 from ramsight.logs import read_log, read_truth
 from ramsight.logs.opening import open_signals
@@ -162,12 +162,12 @@ def test_a_hypothesis_is_followed_back_to_the_one_it_continues():
     assert np.abs(smoothed.mean[:, 0] - smoothed.mean[:, 1]).max() < 1e-12
 
 
-@pytest.mark.parametrize(("anew", "least", "most"), [(False, 0.2, 0.4), (True, 0.0, 0.02)])
-def test_nothing_of_a_position_is_carried_back_over_its_birth(anew, least, most):
+@pytest.mark.parametrize(("independent", "least", "most"), [(False, 0.2, 0.4), (True, 0.0, 0.02)])
+def test_nothing_of_a_position_is_carried_back_over_its_birth(independent, least, most):
     born, before = 25, []
     for by in (0.0, 0.3):
         toy = Toy(seed=4)
-        toy.trace.anew[born, 0], toy.trace.aside["taught"][born] = anew, 1.0
+        toy.trace.independent[born, 0], toy.trace.aside["taught"][born] = independent, 1.0
         toy.trace.mean[born:, 0, 0] += by
         toy.trace.mean_before[born + 1 :, 0, 0] += by
         smoothed, _ = backward(toy.trace, Ahead.end(toy.trace), STROKE)
@@ -180,7 +180,7 @@ NONE = dict.fromkeys(("found", "surely", "restarts", "goes_on", "lost"), 0.0)
 
 def after(**births):
     flags = {name: ca.SX(one) for name, one in (NONE | births).items()}
-    return [(int(value(one.place)), bool(value(one.anew))) for one in parents(KINDS, Births(**flags))]
+    return [(int(value(one.place)), bool(value(one.independent))) for one in parents(KINDS, Births(**flags))]
 
 
 SAME = [(0, False), (1, False), (2, False), (3, False), (4, False)]
@@ -206,7 +206,7 @@ def test_parents_of_parents_and_of_no_measurement():
     flags = {name: ca.SX(one) for name, one in NONE.items()}
     first = parents(KINDS, Births(**(flags | {"surely": ca.SX(1.0)})))
     then = parents(KINDS, Births(**(flags | {"restarts": ca.SX(1.0)})))
-    both = [(int(value(one.place)), bool(value(one.anew))) for one in followed(first, then)]
+    both = [(int(value(one.place)), bool(value(one.independent))) for one in followed(first, then)]
     assert both == [(1, False), (1, False), (2, False), (3, False), (1, True)]
     assert [value(one.place) for one in used(ca.SX(0.0), first, KINDS)] == [0.0, 1.0, 2.0, 3.0, 4.0]
     assert [value(one.place) for one in used(ca.SX(1.0), first, KINDS)] == [1.0, 1.0, 2.0, 3.0, 4.0]
@@ -233,17 +233,17 @@ def test_no_room_leaves_a_normal_variable_as_it_is():
 
 def test_a_way_as_long_as_the_stroke_leaves_nowhere_else_to_be():
     way = np.linspace(0.0, STROKE, 50)[:, None]
-    unsure = Believed(way, np.full_like(way, 0.05**2), np.zeros(1))
+    unsure = Positions(way, np.full_like(way, 0.05**2), np.zeros(1))
     sure = unsure.within_cylinder(STROKE)
     assert sure.variance.max() < 0.1 * unsure.variance.max()
-    half = Believed(0.5 * way + 0.1, unsure.variance, np.zeros(1)).within_cylinder(STROKE)
+    half = Positions(0.5 * way + 0.1, unsure.variance, np.zeros(1)).within_cylinder(STROKE)
     assert half.variance.min() > 0.5 * unsure.variance.max()
-    beside = Believed(way - 0.02, unsure.variance, np.zeros(1)).within_cylinder(STROKE)
+    beside = Positions(way - 0.02, unsure.variance, np.zeros(1)).within_cylinder(STROKE)
     assert 0.01 < (beside.position - way + 0.02).mean() < 0.03, "put back into the cylinder"
     # What is uncertain only here and there is uncertain as before.
     local = unsure.variance.copy()
     local[:10] = 1e-12
-    assert np.allclose(Believed(way, local, np.zeros(1)).within_cylinder(STROKE).variance, local, atol=1e-9)
+    assert np.allclose(Positions(way, local, np.zeros(1)).within_cylinder(STROKE).variance, local, atol=1e-9)
 
 
 def unit():
@@ -253,10 +253,10 @@ def unit():
 def said(position=0.2, std=1e-3, others=(), status=Status.OK, **aside):
     position, stds = [position, *(one for one, _, _ in others)], [std, *(one for _, one, _ in others)]
     log_weight = np.array([0.0, *(math.log(p) for _, _, p in others)])
-    believed = Believed(np.array([position]), np.array([stds]) ** 2, log_weight)
+    positions = Positions(np.array([position]), np.array([stds]) ** 2, log_weight)
     zero = dict.fromkeys(("others", "unseen", "unseen_most", "astray", "wrong"), 0.0) | {"width": 1.0}
     asides = {name: np.array([float(one)]) for name, one in (zero | {"status": status} | aside).items()}
-    return {name: one[0] for name, one in said_of(believed, asides, unit()).items()}
+    return {name: one[0] for name, one in said_of(positions, asides, unit()).items()}
 
 
 def test_what_is_said_of_one_sure_hypothesis():
@@ -294,27 +294,27 @@ def test_the_status_is_what_weighs_most_of_sample_and_position(std, of_sample, e
     assert said(position=0.25, std=std * due, status=of_sample)["status"] == expected
 
 
-def surprises(*all_of_them):
-    return Surprises([Surprise(*one) for one in all_of_them])
+def innovations(*all_of_them):
+    return Innovations([Innovation(*one) for one in all_of_them])
 
 
 def test_what_a_measurement_shows_that_nobody_assumed():
     position = np.linspace(0.0, 0.5, 11)
-    expected = surprises((10, 10.0, 0.5, 0.01, True)).unknown(position)
+    expected = innovations((10, 10.0, 0.5, 0.01, True)).unknown(position)
     assert not expected.any(), "no more than was assumed"
-    walked = surprises((4, 4.0, 0.2, 0.01, True), (10, 10.0, 4.0, 0.02, True)).unknown(position)
+    walked = innovations((4, 4.0, 0.2, 0.01, True), (10, 10.0, 4.0, 0.02, True)).unknown(position)
     excess = 0.02**2 * (1.0 - 1.0 / 4.0)
     assert not walked[:5, 0].any()
     assert walked[10, 0] == pytest.approx(excess)
     assert walked[7] == pytest.approx([0.5 * excess, 0.5 * excess])
     assert not walked[10:, 1].any()
-    assert not surprises((10, 10.0, 50.0, 0.02, False)).unknown(position).any(), "a measurement of something else"
-    assert surprises((10, 10.0, math.nan, 0.02, True)).unknown(position)[10, 0] == pytest.approx(0.02**2)
-    assert not surprises((10, 10.0, 9.0, 0.02, True)).unknown(np.zeros(11)).any(), "a piston that stands"
+    assert not innovations((10, 10.0, 50.0, 0.02, False)).unknown(position).any(), "a measurement of something else"
+    assert innovations((10, 10.0, math.nan, 0.02, True)).unknown(position)[10, 0] == pytest.approx(0.02**2)
+    assert not innovations((10, 10.0, 9.0, 0.02, True)).unknown(np.zeros(11)).any(), "a piston that stands"
 
 
-def test_surprises_are_taken_as_they_come():
-    zero, found = np.zeros(4), Surprises()
+def test_innovations_are_taken_as_they_come():
+    zero, found = np.zeros(4), Innovations()
     aside = {name: zero.copy() for name in ("accepted", "rejected", "put_back", "moved")} | {"normal": zero + 2.0}
     aside["accepted"][1], aside["rejected"][2], aside["put_back"][3] = 1.0, 1.0, -0.01
     found.append(10, np.arange(4.0), aside)
@@ -324,9 +324,9 @@ def test_surprises_are_taken_as_they_come():
     column = found.column(14)
     assert np.flatnonzero(np.isfinite(column)).tolist() == [11, 12]
     assert "not as expected at 2 s" in found.text
-    assert surprises().text == ""
-    assert "not as expected" not in surprises((0, 0.0, 9.0, 0.0, True)).text
-    assert "not as expected at 3 s" in surprises((0, 3.0, 9.1, 0.0, True)).text
+    assert innovations().text == ""
+    assert "not as expected" not in innovations((0, 0.0, 9.0, 0.0, True)).text
+    assert "not as expected at 3 s" in innovations((0, 3.0, 9.1, 0.0, True)).text
 
 
 @pytest.mark.parametrize(("n", "low", "high"), [(1, 0.001, 5.02), (4, 0.121, 2.786), (30, 0.560, 1.566)])
@@ -377,9 +377,9 @@ def test_beside_it_stands_what_the_live_sensor_says_to_the_last_digit(bucket):
     for name in ("velocity", "motor_torque_expected", "load"):
         if name in live:
             assert np.isfinite(back.track[name].values).all()
-    measured = back.track["surprise"].values
+    measured = back.track["nis"].values
     assert 3 <= np.isfinite(measured).sum() < 50
-    assert set(back.further) == {one for one in back.track.names if one.startswith("live_")} | {"surprise"}
+    assert set(back.further) == {one for one in back.track.names if one.startswith("live_")} | {"nis"}
 
 
 def test_blocks_change_nothing(bucket, monkeypatch):
@@ -439,7 +439,7 @@ def test_python_says_both(bucket):
     track = ramsight.track(built, name.with_suffix(".csv.gz"), hindsight=True)
     assert np.isfinite(track["position"].values).all()
     assert np.isnan(track["live_position"].values).any()
-    assert track["surprise"].attrs["units"] == "1"
+    assert track["nis"].attrs["units"] == "1"
     assert np.array_equal(track["position"].values, bucket[2].track["position"].values)
     with pytest.raises(DescriptionError, match="sensor = 'balance': has no hypotheses to look back at"):
         ramsight.track(built, name.with_suffix(".csv.gz"), start=0.1, sensor="balance", hindsight=True)
@@ -450,13 +450,13 @@ def test_the_command_writes_both(tmp_path):
     asked = ["track", "mining-loader", log, "--unit", "bucket", "--hindsight", "--out", out]
     done = at_once(*asked, "--both", "--figure", figure)
     assert done.returncode == 0
-    assert "measurements of the place, squared innovation" in done.stdout
+    assert "measurements of the place: normalised innovation squared" in done.stdout
     head, first = out.read_text().splitlines()[:2]
     row = dict(zip(head.split(","), first.split(","), strict=True))
     assert row["position_m"]
     assert row["live_position_m"] == ""
     assert row["live_status"] == "not referenced"
-    assert "surprise" in row
+    assert "nis" in row
     assert figure.stat().st_size > 10_000
     assert at_once(*asked).returncode == 0
     assert "live_position_m" not in out.read_text().splitlines()[0]

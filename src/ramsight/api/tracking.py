@@ -130,8 +130,8 @@ def track(
         `mistake` says what is most likely wrong, and a position that was said is invalid if that is sure. With an alarm
         limit, the attributes `available`, the share of the samples whose bound is within it, `alerts`, how often it was
         not for longer than the time to alert, and `longest_alert` [s]. In hindsight also what the live sensor said,
-        `live_position`, `live_position_std` and so on, and `surprise`, the squared innovation of each measurement of
-        the place over its variance [1].
+        `live_position`, `live_position_std` and so on, and `nis`, the normalised innovation squared of each measurement
+        of the place [1].
 
     Raises:
         DescriptionError: a quantity cannot be read or is outside the stroke; names argument, value and range. Or

@@ -124,7 +124,7 @@ def track(
         ),
     ] = False,
     both: Annotated[
-        bool, typer.Option("--both", help="Write beside it what the live sensor says, and each measurement's surprise.")
+        bool, typer.Option("--both", help="Write beside it what the live sensor says, and the NIS of each measurement.")
     ] = False,
     require: Requirement = None,
     strict: Strict = False,

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.hindsight.believed import ASIDE_SAID, Believed, said_of
+from ramsight.hindsight.innovations import NIS, Innovations
+from ramsight.hindsight.positions import ASIDE_SAID, Positions, said_of
 from ramsight.hindsight.smoother import Ahead, Smoothed, backward
-from ramsight.hindsight.surprise import SURPRISE, Surprises
 from ramsight.hindsight.trace import Tracer
 from ramsight.sensor.quantity import FACTOR_OF, Quantity
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, LIVE, OF_POSITION, POSITION, STATUS, log_inputs, said_signals
@@ -41,7 +41,7 @@ class LookedBack:
     """A log by all that it says.
 
     Attributes:
-        track: as the sensor's, with `surprise`, and with what the live sensor said of the position.
+        track: as the sensor's, with `nis`, and with what the live sensor said of the position.
         state: of the sensor after the log, by name.
         passes: how often the log was gone through.
         text: how well the log fits the machine, in a line; empty where nothing was measured.
@@ -55,7 +55,7 @@ class LookedBack:
     @property
     def further(self) -> tuple[str, ...]:
         """Names of what a live sensor does not say."""
-        return (*(f"{LIVE}{name}" for name in JUDGED), SURPRISE)
+        return (*(f"{LIVE}{name}" for name in JUDGED), NIS)
 
 
 def ways_of(state: Mapping[str, float]) -> int:
@@ -75,13 +75,13 @@ class _Forward:
         states: at the beginning of each block, and after the last one.
         said: what the sensor said, by its names.
         log_weight: of the hypotheses after the last sample.
-        surprises: the measurements of the place.
+        innovations: the measurements of the place.
     """
 
     states: list[Array]
     said: dict[str, Array]
     log_weight: Array
-    surprises: Surprises
+    innovations: Innovations
 
 
 @dataclass(frozen=True)
@@ -89,12 +89,12 @@ class _Backward:
     """What is known by the whole log.
 
     Attributes:
-        believed: of the position.
+        positions: of the position.
         aside: what is traced beside it.
         learned: factors, deviations and probabilities, by the names of the sensor's outputs.
     """
 
-    believed: Believed
+    positions: Positions
     aside: Mapping[str, Array]
     learned: dict[str, Array]
 
@@ -130,42 +130,42 @@ def looked_back(
     if gone.states[-1][order.index(IS_REFERENCED)] > 0.0:
         back = _backward(tracer, inputs, gone, advance)
     while back is not None and not is_known and passes < PASSES:
-        start, std = back.believed.start
+        start, std = back.positions.start
         if abs(start - begun[position]) < CLOSE * std:
             break
         begun[position] = start
         gone = _forward(tracer, inputs, time, begun, wanted, advance)
         back, passes = _backward(tracer, inputs, gone, advance), passes + 1
-    found = gone.said if back is None else gone.said | back.learned | said_of(back.believed, back.aside, tracer.unit)
+    found = gone.said if back is None else gone.said | back.learned | said_of(back.positions, back.aside, tracer.unit)
     track, live = (said_signals(tracer.sensor, log["time"], one) for one in (found, said))
     columns = {**track.columns, **{f"{LIVE}{name}": live[name] for name in JUDGED}}
-    columns[SURPRISE] = Signal(gone.surprises.column(len(time)), {"units": "1", "long_name": SURPRISE})
+    columns[NIS] = Signal(gone.innovations.column(len(time)), {"units": "1", "long_name": NIS})
     after = dict(zip(order, gone.states[-1].tolist(), strict=True))
-    return LookedBack(replace(track, columns=columns), after, passes, gone.surprises.text)
+    return LookedBack(replace(track, columns=columns), after, passes, gone.innovations.text)
 
 
 def _forward(
     tracer: Tracer, inputs: Array, time: Array, begun: Array, names: Collection[str], advance: Advance
 ) -> _Forward:
     """The log by the sensor."""
-    states, surprises, log_weight = [begun.copy()], Surprises(), np.empty(0)
+    states, innovations, log_weight = [begun.copy()], Innovations(), np.empty(0)
     said = {name: np.empty(len(inputs)) for name in names}
     for span in _blocks(len(inputs)):
         state = states[-1].copy()
         rows = tracer.rows(inputs[span], state)
         for name, column in said.items():
             column[span] = rows[:, tracer.names.index(name)]
-        surprises.append(span.start, time[span], tracer.aside(rows))
+        innovations.append(span.start, time[span], tracer.aside(rows))
         states.append(state)
         log_weight = tracer.log_weight(rows)[-1].copy()
         advance(len(rows) / len(inputs))
-    return _Forward(states, said, log_weight, surprises)
+    return _Forward(states, said, log_weight, innovations)
 
 
 def _backward(tracer: Tracer, inputs: Array, gone: _Forward, advance: Advance) -> _Backward:
     """The smoother, block after block from the last one."""
     stroke, samples = float(tracer.unit.cylinder.stroke), len(inputs)
-    unknown = gone.surprises.unknown(gone.said[POSITION])
+    unknown = gone.innovations.unknown(gone.said[POSITION])
     hypotheses = len(gone.log_weight)
     position, variance = np.empty((samples, hypotheses)), np.empty((samples, hypotheses))
     found: dict[str, Array] = {}
@@ -183,8 +183,8 @@ def _backward(tracer: Tracer, inputs: Array, gone: _Forward, advance: Advance) -
             found.setdefault(name, np.empty(samples))[span] = one
         advance((span.stop - span.start) / samples)
     aside = {name: found.pop(name) for name in ASIDE_SAID}
-    believed = Believed(position, variance, gone.log_weight).within_cylinder(stroke)
-    return _Backward(believed, aside, found)
+    positions = Positions(position, variance, gone.log_weight).within_cylinder(stroke)
+    return _Backward(positions, aside, found)
 
 
 def _learned(smoothed: Smoothed, tracer: Tracer, log_weight: Array) -> dict[str, Array]:
@@ -227,4 +227,4 @@ class Recalled:
 
 
 def _silent(share: float) -> None:
-    """Nobody is told how much is done."""
+    """No one asks how much is done."""

@@ -96,7 +96,7 @@ def backward(trace: Trace, ahead: Ahead, stroke: float) -> tuple[Smoothed, Ahead
 
 def _taught(trace: Trace) -> NDArray[np.bool_]:
     """Where something was measured, or a hypothesis continues another one."""
-    other = (trace.parent != np.arange(trace.parent.shape[1])) | trace.anew
+    other = (trace.parent != np.arange(trace.parent.shape[1])) | trace.independent
     taught: NDArray[np.bool_] = (trace.aside["taught"] > 0.0) | (trace.aside["put_back"] != 0.0) | other.any(axis=1)
     return taught
 
@@ -104,7 +104,7 @@ def _taught(trace: Trace) -> NDArray[np.bool_]:
 def _pulls(trace: Trace, at: int, place: NDArray[np.int64], ahead: Ahead, stroke: float) -> tuple[Array, Array]:
     """(P-)^-1 (x_s - x-), and (P-)^-1 (P_s - P-) (P-)^-1, of each hypothesis at a sample."""
     before = trace.covariance_before[at, place].copy()
-    before[:, 0, 0] += np.where(trace.anew[at, ahead.place], stroke**2, 0.0)
+    before[:, 0, 0] += np.where(trace.independent[at, ahead.place], stroke**2, 0.0)
     after = ahead.covariance
     own = np.diagonal(before, axis1=1, axis2=2)
     scale = np.where(own > 0.0, 1.0 / np.sqrt(np.where(own > 0.0, own, 1.0)), 0.0)

@@ -86,7 +86,7 @@ class Layout:
             "covariance": k * m,
             "log_weight": k,
             "parent": k,
-            "anew": k,
+            "independent": k,
             "travel_by": len(self.steps),
             "aside": len(ASIDE),
         }
@@ -103,7 +103,7 @@ class Trace:
             (samples, hypotheses, quantities, quantities) [SI].
         mean, covariance: after it, of the same shapes.
         parent: the hypothesis that each one continues, of the same shape.
-        anew: whether its position is another one since then, of the same shape.
+        independent: whether its position is another one since then, of the same shape.
         travel_by: derivatives of the travel by the quantities, shape (samples, quantities); 0 by the position.
         aside: by the names in `ASIDE`, shape (samples,).
     """
@@ -113,7 +113,7 @@ class Trace:
     mean: Array
     covariance: Array
     parent: NDArray[np.int64]
-    anew: NDArray[np.bool_]
+    independent: NDArray[np.bool_]
     travel_by: Array
     aside: Mapping[str, Array]
 
@@ -199,7 +199,7 @@ class Tracer:
             mean=rows[:, at["mean"]].reshape(-1, k, n),
             covariance=covariance,
             parent=rows[:, at["parent"]].astype(np.int64),
-            anew=rows[:, at["anew"]] > 0.5,  # 0 or 1
+            independent=rows[:, at["independent"]] > 0.5,  # 0 or 1
             travel_by=travel_by,
             aside=aside,
         )
@@ -242,7 +242,7 @@ def _traced_of(passage: Passage, quantities: Sequence[Quantity]) -> Iterator[tup
     for k, one in enumerate(parents):
         yield f"parent[{k}]", one.place
     for k, one in enumerate(parents):
-        yield f"anew[{k}]", count(one.anew)
+        yield f"independent[{k}]", count(one.independent)
     for quantity, by in passage.at.travel_by.items():
         if quantity in quantities:
             yield f"travel_by[{quantity}]", ca.if_else(over, 0.0, by)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.errors import one_line
-from ramsight.hindsight.surprise import SURPRISE, SURPRISING
+from ramsight.hindsight.innovations import NIS, UNEXPECTED
 from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing
@@ -179,8 +179,8 @@ def draw_track(log: Samples, tracked: Samples, truth: Samples | None, title: str
             low, high = (1e3 * tracked[end].values for end in (LOWEST, HIGHEST))
             position.fill_between(time, low, high, color=ESTIMATE, alpha=0.15, lw=0.0, label="95 % band")
         position.plot(time, estimate, color=ESTIMATE, lw=1.1, label=f"{tracked.attrs['sensor']} sensor")
-        if SURPRISE in tracked:
-            draw_surprises(position, time, estimate, tracked[SURPRISE].values)
+        if NIS in tracked:
+            draw_unexpected(position, time, estimate, tracked[NIS].values)
         position.set_ylabel("position\n[mm]")
         if not np.isfinite(estimate).any():
             position.text(0.5, 0.5, _NEVER_KNOWN, transform=position.transAxes, ha="center", va="center")
@@ -205,9 +205,9 @@ def draw_track(log: Samples, tracked: Samples, truth: Samples | None, title: str
     return figure
 
 
-def draw_surprises(axes: Any, time: Any, position: Any, surprise: Any) -> None:
+def draw_unexpected(axes: Any, time: Any, position: Any, nis: Any) -> None:
     """Mark the measurements of the place that were not as expected [mm]."""
-    odd = np.nan_to_num(surprise) > SURPRISING
+    odd = np.nan_to_num(nis) > UNEXPECTED
     if odd.any():
         axes.plot(time[odd], position[odd], "x", color=TRUTH, ms=6.0, label="not as expected")
 

@@ -17,11 +17,11 @@ class Parent:
 
     Attributes:
         place: its place among all of them.
-        anew: whether the position is another one, unknown until then; what is known of the machine goes on.
+        independent: whether the position is another one, unknown until then; what is known of the machine goes on.
     """
 
     place: Scalar
-    anew: Flag
+    independent: Flag
 
 
 @dataclass(frozen=True)
@@ -80,11 +80,11 @@ def followed(first: Sequence[Parent], then: Sequence[Parent]) -> tuple[Parent, .
         before = first[0]
         for place, other in enumerate(first):
             before = _either(holds(count(one.place == float(place))), other, before)
-        found.append(Parent(before.place, any_of(before.anew, one.anew)))
+        found.append(Parent(before.place, any_of(before.independent, one.independent)))
     return tuple(found)
 
 
 def _either(condition: Flag, one: Parent, other: Parent) -> Parent:
     """One of two."""
-    anew = any_of(all_of(condition, one.anew), all_of(ca.logic_not(condition), other.anew))
-    return Parent(ca.if_else(condition, one.place, other.place), anew)
+    independent = any_of(all_of(condition, one.independent), all_of(ca.logic_not(condition), other.independent))
+    return Parent(ca.if_else(condition, one.place, other.place), independent)

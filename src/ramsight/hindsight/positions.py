@@ -39,7 +39,7 @@ _RANK = {Status.OK: 0} | {one.status: k for k, one in enumerate(DETECTORS, start
 
 
 @dataclass(frozen=True)
-class Believed:
+class Positions:
     """Positions of the hypotheses in some samples, by the whole log.
 
     Attributes:
@@ -62,7 +62,7 @@ class Believed:
         """Position of the likeliest in the first sample, and its deviation [m]."""
         return float(self.likeliest[0]), math.sqrt(self.variance[0, int(np.argmax(self.log_weight))])
 
-    def within_cylinder(self, stroke: float) -> Believed:
+    def within_cylinder(self, stroke: float) -> Positions:
         """With what the cylinder leaves of each hypothesis: the whole of its way lies within it.
 
         If a way is elsewhere as a whole, it is so by some d ~ N(0, c^2), and c is no more than the least deviation of
@@ -83,7 +83,7 @@ class Believed:
             mean, left = truncated(-(way[low] + more) / c, (stroke + more - way[high]) / c)
             position[:, k] += mean * c
             variance[:, k] -= (1.0 - left) * c**2
-        return Believed(position, np.maximum(variance, 0.0), self.log_weight)
+        return Positions(position, np.maximum(variance, 0.0), self.log_weight)
 
 
 def truncated(low: float, high: float) -> tuple[float, float]:
@@ -95,7 +95,7 @@ def truncated(low: float, high: float) -> tuple[float, float]:
 
     Example:
         >>> [round(one, 3) for one in truncated(-1.0, 2.0)]
-        [0.23, 0.517]
+        [0.23, 0.52]
         >>> truncated(-40.0, 40.0)
         (0.0, 1.0)
     """
@@ -107,22 +107,22 @@ def truncated(low: float, high: float) -> tuple[float, float]:
     return mean, 1.0 + (low * at_low - high * at_high) / share - mean**2
 
 
-def said_of(believed: Believed, aside: Mapping[str, Array], unit: HydraulicUnit) -> dict[str, Array]:
+def said_of(positions: Positions, aside: Mapping[str, Array], unit: HydraulicUnit) -> dict[str, Array]:
     """Position, its deviation, band, bound and status of some samples, by the names of the sensor's outputs.
 
     Args:
-        believed: of the position.
+        positions: of the position.
         aside: what is traced beside the hypotheses, by the names in `ASIDE`.
         unit: that is watched.
     """
-    stroke, k = float(unit.cylinder.stroke), len(believed.log_weight)
-    shown = np.clip(believed.likeliest, 0.0, stroke)
+    stroke, k = float(unit.cylinder.stroke), len(positions.log_weight)
+    shown = np.clip(positions.likeliest, 0.0, stroke)
     function, parts = _function(k, stroke, unit.assumptions.integrity), []
     for first in range(0, len(shown), _AT_ONCE):
         span = slice(first, first + _AT_ONCE)
-        places = (believed.position[span] - shown[span, None]).T
-        variances, count = np.minimum(believed.variance[span], stroke**2).T, places.shape[1]
-        weights = np.repeat(believed.log_weight, count).reshape(-1, count)
+        places = (positions.position[span] - shown[span, None]).T
+        variances, count = np.minimum(positions.variance[span], stroke**2).T, places.shape[1]
+        weights = np.repeat(positions.log_weight, count).reshape(-1, count)
         beside = np.stack([aside[name][span] for name in _BESIDE])
         parts.append(np.asarray(function(places, variances, weights, shown[None, span], beside)))
     found = np.concatenate(parts, axis=1)

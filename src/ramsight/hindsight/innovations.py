@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from ramsight.normal import TWO_SIDED_95
 
 Array = NDArray[np.float64]
-SURPRISE = "surprise"
+NIS = "nis"
 """Squared innovation of a measurement of the place over its variance [1]; NaN where there was none."""
-SURPRISING = 9.0
-"""Squared innovation over its variance that is surprising [1]: three standard deviations, one of 370."""
+UNEXPECTED = 9.0
+"""Squared innovation over its variance that is not expected [1]: three standard deviations, one of 370."""
 
 
 @dataclass(frozen=True)
-class Surprise:
+class Innovation:
     """A measurement of the place, or where the piston was put back into the cylinder.
 
     Attributes:
@@ -50,14 +50,14 @@ class Surprise:
 
 
 @dataclass
-class Surprises:
+class Innovations:
     """Of a log, as they come.
 
     Attributes:
         all: in order.
     """
 
-    all: list[Surprise] = field(default_factory=list)
+    all: list[Innovation] = field(default_factory=list)
 
     def append(self, first: int, time: Array, aside: Mapping[str, Array]) -> None:
         """Take those of consecutive samples.
@@ -73,12 +73,12 @@ class Surprises:
         for k in np.flatnonzero(measured | (put_back != 0.0)).tolist():
             where, when = first + k, float(time[k])
             if measured[k]:
-                self.all.append(Surprise(where, when, float(normal[k]), float(moved[k]), bool(accepted[k] > 0.0)))
+                self.all.append(Innovation(where, when, float(normal[k]), float(moved[k]), bool(accepted[k] > 0.0)))
             else:
-                self.all.append(Surprise(where, when, math.nan, float(put_back[k]), accepted=True))
+                self.all.append(Innovation(where, when, math.nan, float(put_back[k]), accepted=True))
 
     @property
-    def measured(self) -> list[Surprise]:
+    def measured(self) -> list[Innovation]:
         """The measurements."""
         return [one for one in self.all if not math.isnan(one.normal)]
 
@@ -97,10 +97,10 @@ class Surprises:
             return ""
         low, high = mean_range(len(used))
         line = (
-            f"{len(used)} measurements of the place, squared innovation {np.mean(used):.2g} of its variance "
-            f"({low:.2g} to {high:.2g} in 95 of 100 logs of such a machine)"
+            f"{len(used)} measurements of the place: normalised innovation squared {np.mean(used):.2g} on average "
+            f"({low:.2g} to {high:.2g} in 95 of 100 logs of the described machine)"
         )
-        odd = [f"{one.time:.0f} s" for one in self.measured if one.normal > SURPRISING or not one.accepted]
+        odd = [f"{one.time:.0f} s" for one in self.measured if one.normal > UNEXPECTED or not one.accepted]
         return f"{line}; not as expected at {', '.join(odd)}" if odd else line
 
     def unknown(self, position: Array) -> Array:
