@@ -65,7 +65,7 @@ class Positions:
     def within_cylinder(self, stroke: float) -> Positions:
         """With what the cylinder leaves of each hypothesis: the whole of its way lies within it.
 
-        If a way is elsewhere as a whole, it is so by some d ~ N(0, c^2), and c is no more than the least deviation of
+        If a way is elsewhere as a whole, it is so by some d ~ N(0, c^2), and c is at most the least deviation of
         its places. Given that it lies within the cylinder, d has the mean m and the variance v of a normal distribution
         that ends there: x + m, s^2 - (c^2 - v). What its lowest and highest places are uncertain by besides leaves it
         so much more room, as an end does that gives way.
