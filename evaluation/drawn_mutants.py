@@ -36,9 +36,9 @@ FILES = (
     "sensor/report/status_rules.py",
 )
 TESTS = (
-    "test_belief_guards test_sensor_pieces test_reach test_pressing test_release test_mode test_repeated_contacts "
-    "test_closed_volume test_emptiness test_load_observer test_hypotheses test_contact test_sensor_stages "
-    "test_mutants_sensor test_reading test_hindsight test_kalman test_sensor_circuits"
+    "test_mutants_sensor test_sensor_stages test_repeated_contacts test_emptiness test_mode test_release test_reach "
+    "test_pressing test_sensor_pieces test_belief_guards test_hypotheses test_contact test_load_observer "
+    "test_reading test_closed_volume test_kalman"
 )
 _FILES_OF_TESTS = " ".join(f"{name}.py" for name in TESTS.split())
 _SWAPPED = {

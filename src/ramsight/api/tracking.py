@@ -15,7 +15,7 @@ from ramsight.api.live_sensor import Sensor
 from ramsight.argument_kinds import by_kind
 from ramsight.calibration.sensors import sensor_for as make_sensor
 from ramsight.errors import DescriptionError, LogWarning
-from ramsight.hindsight.looking_back import Recalled, looked_back, ways_of
+from ramsight.hindsight.looking_back import looked_back, ways_of
 from ramsight.hindsight.trace import Tracer
 from ramsight.logs.channel_map import AnyMap, known_map
 from ramsight.logs.data_frame import is_data_frame
@@ -38,6 +38,7 @@ from ramsight.units import argument, format_si
 if TYPE_CHECKING:
     import xarray
 
+    from ramsight.hindsight.looking_back import LookedBack
     from ramsight.sensor.virtual_sensor import VirtualSensor
 
 Quantity = float | str
@@ -283,8 +284,7 @@ def follow(
             kept.hold()
         begin(say)
         bar = stack.enter_context(progress_bar(1.0, "tracking")) if progress else None
-        ways = 1.0 + ways_of(virtual.state) if hindsight else 1.0
-        tells = _parts_of(bar.advance if bar else advance, ways)
+        tells = _parts_of(bar.advance if bar else advance, _ways(virtual, hindsight=hindsight))
         pieces, file = _pieces(log, channel_map, tells)
         watch = Watch(unit, file, channel_map)
         seen = watch.over(pieces if passed is None else _remembered(pieces, passed))
@@ -292,15 +292,14 @@ def follow(
         if hindsight:
             names = None if all_of_it else (*TABLE, *more)
             if whole := list(seen):
-                back = looked_back(Tracer.of(unit), whole, virtual.state, names=names, advance=tells)
-                virtual.state = back.state
+                back = _looked_back(virtual, unit, whole, names, tells)
             seen = iter(whole)
         passes = partial(
             track_pieces, out=out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it, available=available,
             more=more if back is None else (*more, *back.further),
             beside=back.further if both and back is not None else (),
         )  # fmt: skip
-        done = passes(virtual if back is None else Recalled(back), seen)
+        done = passes(virtual if back is None else back.recalled(), seen)
         if (mistake := watch.mistake) is not None:  # known at the end alone: the track is made again, and says it
             begin(lambda text: None)
             if available is not None:
@@ -308,7 +307,7 @@ def follow(
             again = _pieces(log, channel_map, None)[0] if passed is None else passed
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", LogWarning)
-                follower = virtual if back is None else Recalled(back)
+                follower = virtual if back is None else back.recalled()
                 done = passes(follower, again, said_of=lambda tracked: contradicted(tracked, mistake))
             if kept is not None:
                 say(f"{kept.path}: left as it was, because the log contradicts the machine")
@@ -317,6 +316,27 @@ def follow(
     fits = "" if back is None or watch.mistake is not None else back.text
     summary = f"{done.summary}\n  {fits}" if fits else done.summary
     return replace(done, summary=summary, mistake=watch.last_word, is_contradicted=watch.mistake is not None)
+
+
+def _ways(virtual: VirtualSensor, *, hindsight: bool) -> float:
+    """How often a log is gone through at most."""
+    if not hindsight:
+        return 1.0
+
+    return 1.0 + ways_of(virtual.state)
+
+
+def _looked_back(
+    virtual: VirtualSensor,
+    unit: HydraulicUnit,
+    pieces: list[Signals],
+    names: tuple[str, ...] | None,
+    advance: Callable[[float], object] | None,
+) -> LookedBack:
+    """All of a log, looked back at; the sensor goes on from its end."""
+    back = looked_back(Tracer.of(unit), pieces, virtual.state, names=names, advance=advance)
+    virtual.state = back.state
+    return back
 
 
 def _parts_of(advance: Callable[[float], object] | None, ways: float) -> Callable[[float], object] | None:

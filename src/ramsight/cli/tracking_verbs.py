@@ -101,6 +101,13 @@ def track(
         typer.Option(help="True position, to print the errors: .csv or .csv.gz; or the map's measured.position."),
     ] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
+    belief: Annotated[
+        Path | None,
+        typer.Option(
+            help="A picture of what the sensor knows at first, at the first ends and at last: the probability of "
+            "the place, by hypothesis: .png, .svg or .pdf."
+        ),
+    ] = None,
     width: Annotated[str | None, typer.Option(help='Of the picture: "88 mm".')] = None,
     style: Annotated[
         str, typer.Option(help="Of the picture: screen, or journal (small serif font, no title).")
@@ -154,10 +161,12 @@ def track(
     from ramsight.tracking.figures import tracked_figure, verbatim
     from ramsight.tracking.true_position import known_position
 
-    _check_files(machine, log, sensor, channel_map, truth, out, figure, state)
+    _check_files(machine, log, sensor, channel_map, truth, out, (figure, belief), state)
+    if belief is not None and sensor != "kalman":
+        raise DescriptionError("has no hypotheses to draw", key="sensor", value=sensor, allowed="kalman")
     if both and not hindsight:
         raise DescriptionError("needs --hindsight beside it", key="both")
-    look = look_of(width, style, is_drawn=figure is not None)
+    look = look_of(width, style, is_drawn=figure is not None or belief is not None)
     description = load_machine(machine)
     built = required_unit(build(description, unit), require)
     position, std = start_of(built, start, start_std)
@@ -184,8 +193,12 @@ def track(
             progress=True,
             say=say_lines,
         )
+        title = verbatim(f"{description.title or description.name}, {unit}: {log.name}")
+        if belief is not None:
+            from ramsight.tracking.belief_figure import tracked_belief
+
+            tracked_belief(built, log, channel_map, (position, std), true, title, belief, look)
         if figure is not None and done.track is not None and done.log is not None:
-            title = verbatim(f"{description.title or description.name}, {unit}: {log.name}")
             tracked_figure(done.log, done.track, true, title, figure, look)
         say_lines(done.summary)
         if true is not None and done.track is not None:
@@ -193,7 +206,7 @@ def track(
         check = None if asked is None else achieved(done, true, asked, built)
         if check is not None:
             say_lines(check.verdict)
-        say_written(out, figure, None if done.is_contradicted else state)
+        say_written(out, figure, belief, None if done.is_contradicted else state)
         if done.mistake:
             say(f"likeliest mistake: {done.mistake}")
         useless = strict and not done.has_position
@@ -210,7 +223,7 @@ def _check_files(
     channel_map: Path | None,
     truth: Path | None,
     out: Path | None,
-    figure: Path | None,
+    figures: tuple[Path | None, Path | None],
     state: Path | None,
 ) -> None:
     """Refuse what cannot be written, or would be written over what is read, before any work is done."""
@@ -219,7 +232,8 @@ def _check_files(
     check_target(out, DATASET_FILES)
     if out is not None:
         check_installed(out)
-    check_figure(figure)
+    for figure in figures:
+        check_figure(figure)
     read: dict[str, str | Path | None] = {
         "the machine": machine,
         "the log": log,
@@ -227,5 +241,5 @@ def _check_files(
         "--map": channel_map,
         "--truth": truth,
     }
-    check_apart(read, {"--out": out, "--figure": figure, "--state": state})
+    check_apart(read, {"--out": out, "--figure": figures[0], "--belief": figures[1], "--state": state})
     check_state(state)

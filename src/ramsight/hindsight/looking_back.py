@@ -57,6 +57,10 @@ class LookedBack:
         """Names of what a live sensor does not say."""
         return (*(f"{LIVE}{name}" for name in JUDGED), NIS)
 
+    def recalled(self) -> Recalled:
+        """For what takes a sensor that follows the log piece by piece."""
+        return Recalled(self)
+
 
 def ways_of(state: Mapping[str, float]) -> int:
     """How often `looked_back` goes through a log at most, forward or backward.
