@@ -231,19 +231,20 @@ def test_no_room_leaves_a_normal_variable_as_it_is():
     assert truncated(1.0, 1.0) == truncated(2.0, 1.0) == truncated(6.0, 7.0) == (0.0, 1.0)
 
 
+def within(position, variance):
+    return Positions.within_cylinder(position.copy(), variance.copy(), np.zeros(1), STROKE)
+
+
 def test_a_way_as_long_as_the_stroke_leaves_nowhere_else_to_be():
     way = np.linspace(0.0, STROKE, 50)[:, None]
-    unsure = Positions(way, np.full_like(way, 0.05**2), np.zeros(1))
-    sure = unsure.within_cylinder(STROKE)
-    assert sure.variance.max() < 0.1 * unsure.variance.max()
-    half = Positions(0.5 * way + 0.1, unsure.variance, np.zeros(1)).within_cylinder(STROKE)
-    assert half.variance.min() > 0.5 * unsure.variance.max()
-    beside = Positions(way - 0.02, unsure.variance, np.zeros(1)).within_cylinder(STROKE)
-    assert 0.01 < (beside.position - way + 0.02).mean() < 0.03, "put back into the cylinder"
+    unsure = np.full_like(way, 0.05**2)
+    assert within(way, unsure).variance.max() < 0.1 * unsure.max()
+    assert within(0.5 * way + 0.1, unsure).variance.min() > 0.5 * unsure.max()
+    assert 0.01 < (within(way - 0.02, unsure).position - way + 0.02).mean() < 0.03, "put back into the cylinder"
     # What is uncertain only here and there is uncertain as before.
-    local = unsure.variance.copy()
+    local = unsure.copy()
     local[:10] = 1e-12
-    assert np.allclose(Positions(way, local, np.zeros(1)).within_cylinder(STROKE).variance, local, atol=1e-9)
+    assert np.allclose(within(way, local).variance, local, atol=1e-9)
 
 
 def unit():
@@ -326,6 +327,9 @@ def test_innovations_are_taken_as_they_come():
     assert "not as expected at 2 s" in found.text
     assert innovations().text == ""
     assert "not as expected" not in innovations((0, 0.0, 9.0, 0.0, True)).text
+    often = [(k, float(k), 9.1, 0.0, True) for k in range(7)]
+    assert innovations(*often[:5]).text.endswith("at 0 s, 1 s, 2 s, 3 s, 4 s")
+    assert innovations(*often).text.endswith("4 s and 2 times more")
     assert "not as expected at 3 s" in innovations((0, 3.0, 9.1, 0.0, True)).text
 
 

@@ -19,6 +19,8 @@ from ramsight.normal import TWO_SIDED_95
 Array = NDArray[np.float64]
 NIS = "nis"
 """Squared innovation of a measurement of the place over its variance [1]; NaN where there was none."""
+NAMED = 5
+"""How many measurements that were not as expected are named by their time."""
 UNEXPECTED = 9.0
 """Squared innovation over its variance that is not expected [1]: three standard deviations, one of 370."""
 
@@ -101,7 +103,8 @@ class Innovations:
             f"({low:.2g} to {high:.2g} in 95 of 100 logs of the described machine)"
         )
         odd = [f"{one.time:.0f} s" for one in self.measured if one.normal > UNEXPECTED or not one.accepted]
-        return f"{line}; not as expected at {', '.join(odd)}" if odd else line
+        named = ", ".join(odd[:NAMED]) + (f" and {len(odd) - NAMED} times more" if len(odd) > NAMED else "")
+        return f"{line}; not as expected at {named}" if odd else line
 
     def unknown(self, position: Array) -> Array:
         """Variance of the position by what changed unknown since it was measured last [m2], shape (samples, 2).

@@ -22,7 +22,7 @@ from ramsight.hindsight.smoother import Ahead, Smoothed, backward
 from ramsight.hindsight.trace import Tracer
 from ramsight.sensor.quantity import FACTOR_OF, Quantity
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, LIVE, OF_POSITION, POSITION, STATUS, log_inputs, said_signals
-from ramsight.signals import Signal, Signals, joined
+from ramsight.signals import Signal, Signals
 
 Array = NDArray[np.float64]
 Advance = Callable[[float], object]
@@ -124,8 +124,9 @@ def looked_back(
     advance = advance or _silent
     order = tracer.sensor.recursion.state
     position, is_known = order.index(POSITION), state[IS_REFERENCED] > 0.0
-    log = joined(pieces)
-    inputs, time = log_inputs(tracer.sensor, log), log["time"].values
+    inputs = np.concatenate([log_inputs(tracer.sensor, piece) for piece in pieces])
+    time = np.concatenate([piece["time"].values for piece in pieces])
+    clock = Signal(time, pieces[0]["time"].attrs)
     wanted = [one for one in tracer.names if names is None or one in names or one in JUDGED]
     begun = np.array([state[name] for name in order], dtype=np.float64)
     gone = _forward(tracer, inputs, time, begun, wanted, advance)
@@ -141,7 +142,7 @@ def looked_back(
         gone = _forward(tracer, inputs, time, begun, wanted, advance)
         back, passes = _backward(tracer, inputs, gone, advance), passes + 1
     found = gone.said if back is None else gone.said | back.learned | said_of(back.positions, back.aside, tracer.unit)
-    track, live = (said_signals(tracer.sensor, log["time"], one) for one in (found, said))
+    track, live = (said_signals(tracer.sensor, clock, one) for one in (found, said))
     columns = {**track.columns, **{f"{LIVE}{name}": live[name] for name in JUDGED}}
     columns[NIS] = Signal(gone.innovations.column(len(time)), {"units": "1", "long_name": NIS})
     after = dict(zip(order, gone.states[-1].tolist(), strict=True))
@@ -187,7 +188,7 @@ def _backward(tracer: Tracer, inputs: Array, gone: _Forward, advance: Advance) -
             found.setdefault(name, np.empty(samples))[span] = one
         advance((span.stop - span.start) / samples)
     aside = {name: found.pop(name) for name in ASIDE_SAID}
-    positions = Positions(position, variance, gone.log_weight).within_cylinder(stroke)
+    positions = Positions.within_cylinder(position, variance, gone.log_weight, stroke)
     return _Backward(positions, aside, found)
 
 

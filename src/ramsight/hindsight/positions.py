@@ -62,8 +62,9 @@ class Positions:
         """Position of the likeliest in the first sample, and its deviation [m]."""
         return float(self.likeliest[0]), math.sqrt(self.variance[0, int(np.argmax(self.log_weight))])
 
-    def within_cylinder(self, stroke: float) -> Positions:
-        """With what the cylinder leaves of each hypothesis: the whole of its way lies within it.
+    @classmethod
+    def within_cylinder(cls, position: Array, variance: Array, log_weight: Array, stroke: float) -> Positions:
+        """What the cylinder leaves of each hypothesis: the whole of its way lies within it.
 
         If a way is elsewhere as a whole, it is so by some d ~ N(0, c^2), and c is at most the least deviation of
         its places. Given that it lies within the cylinder, d has the mean m and the variance v of a normal distribution
@@ -71,19 +72,22 @@ class Positions:
         so much more room, as an end does that gives way.
 
         Args:
+            position: shape (samples, hypotheses) [m]; is overwritten.
+            variance: of these [m2]; is overwritten.
+            log_weight: of each hypothesis.
             stroke: of the cylinder [m].
         """
-        position, variance = self.position.copy(), self.variance.copy()
-        for k in range(len(self.log_weight)):
-            way, own = self.position[:, k], self.variance[:, k]
+        for k in range(len(log_weight)):
+            way, own = position[:, k], variance[:, k]
             low, high, c = int(np.argmin(way)), int(np.argmax(way)), math.sqrt(own.min())
             if c == 0.0:
                 continue
             more = END_GIVES * stroke + math.sqrt(max(own[low], own[high]) - c**2)
             mean, left = truncated(-(way[low] + more) / c, (stroke + more - way[high]) / c)
-            position[:, k] += mean * c
-            variance[:, k] -= (1.0 - left) * c**2
-        return Positions(position, np.maximum(variance, 0.0), self.log_weight)
+            way += mean * c
+            own -= (1.0 - left) * c**2
+        np.maximum(variance, 0.0, out=variance)
+        return cls(position, variance, log_weight)
 
 
 def truncated(low: float, high: float) -> tuple[float, float]:
