@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from ramsight import posix
 from ramsight.engine import private_folder as module
 from ramsight.engine.cache import generated_module
 from ramsight.engine.private_folder import FolderError, FolderWarning, private_folder, refusal
@@ -127,7 +128,7 @@ def test_a_folder_that_others_may_write_is_refused_and_a_private_one_used(tmp_pa
 def test_a_folder_of_somebody_else_is_refused(tmp_path, monkeypatch):
     folder = tmp_path / "cache"
     folder.mkdir(mode=0o700)
-    monkeypatch.setattr(module, "_user", lambda: os.getuid() + 1)
+    monkeypatch.setattr(posix, "user", lambda: os.getuid() + 1)
     assert "belongs to another user" in refusal(folder)
 
 
