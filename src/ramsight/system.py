@@ -41,7 +41,9 @@ def lock(path: Path) -> Lock:
 def _lock_beside(path: Path) -> Lock:
     from filelock import FileLock, Timeout
 
-    beside = FileLock(f"{os.path.realpath(path)}.lock", timeout=0.0, thread_local=False)
+    path = Path(os.path.realpath(path))
+    path.parent.stat()  # which `filelock` would make
+    beside = FileLock(f"{path}.lock", timeout=0.0, thread_local=False)
     try:
         beside.acquire()
     except Timeout:
