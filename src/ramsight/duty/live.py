@@ -10,6 +10,7 @@ import numpy as np
 
 from ramsight.duty.audit import Audited
 from ramsight.duty.drive_report import SPEEDS, DriveReport
+from ramsight.duty.dry import refuse_dry
 from ramsight.duty.linked_duty import audited_model
 from ramsight.duty.live_energy import EnergyAccount, LiveEnergy
 from ramsight.duty.profile import Array, constant
@@ -99,6 +100,7 @@ class _Stepped:
         run = integrate(self.ode, self.state, segment, segment.end)
         if run.outcome is not Outcome.DONE:
             raise SimulationError(f"{self.ode.name}: {run.message}")
+        refuse_dry(self.ode, run.time, run.state)
         self.state, self.inputs = run.state[-1], inputs
         self._samples += 1
         self._found = None

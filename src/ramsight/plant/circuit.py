@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.expression import Real, Scalar, scalar_symbol
-from ramsight.plant.oil import Oil
+from ramsight.plant.oil import Oil, held_share, torn_capacity
 from ramsight.plant.symbols import Parameters
 
 P = TypeVar("P", bound="Part")
@@ -284,7 +284,11 @@ class Circuit:
             capacity = self._volume[node] / modulus + self._wall[node]
             self.output(f"capacity_{node}", "m3/Pa", capacity)
             self.output(f"volume_{node}", "m3", self._volume[node])
-            gained = self._net[node] - self._growth[node]
+            growth = self._growth[node]
+            if not self._keeps_coefficients:  # a balance is of oil that holds together
+                capacity = capacity + torn_capacity(self._pressure[node], self._volume[node])
+                growth = growth * held_share(self._pressure[node])
+            gained = self._net[node] - growth
             if self._warming is not None:
                 gained = gained + self._warms_up(node)
             self.derivative(f"pressure_{node}", gained / capacity)

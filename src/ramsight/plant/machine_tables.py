@@ -12,6 +12,7 @@ from ramsight.machine.description import Machine, Unit
 from ramsight.machine.tables import table_of
 from ramsight.plant.build import build
 from ramsight.plant.cautions import cautions
+from ramsight.plant.reservoir import check_reservoir
 from ramsight.plant.steady import derive, torque_at_load
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.units import format_si
@@ -28,12 +29,14 @@ def machine_summary(machine: Machine, only: str | None = None) -> RenderableType
 
     Raises:
         UnknownNameError: there is no such unit.
+        DescriptionError: the reservoir of a closed circuit is too small, or its precharge too high.
     """
     names = [only] if only is not None else list(machine.units)
     parts: list[RenderableType] = [Text(machine.title or machine.name, style="bold")]
     for name in names:
         unit = machine.unit(name)
         built = build(unit, name)
+        check_reservoir(built, machine.origin or None)
         parts += [Text(), _facts(unit, built)]
         if unit.load.loads:
             parts += [Text(), _loads(unit, built)]

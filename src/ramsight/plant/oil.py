@@ -16,12 +16,16 @@ __all__ = [
     "T15",
     "T40",
     "T100",
+    "TEARS",
     "Oil",
     "aerated_bulk_modulus",
     "free_air",
+    "held_share",
     "kinematic_viscosity",
     "pressure_viscosity_factor",
     "thermal_density",
+    "torn_capacity",
+    "torn_volume",
     "trapped_expansion",
     "walther_constants",
 ]
@@ -30,7 +34,9 @@ T15 = 288.15  # K, the temperature at which they give density
 ATMOSPHERE = 101325.0
 """Pressure of the standard atmosphere [Pa], ISO 2533."""
 _STEEL = 3.0 * 11.7e-6  # 1/K, thermal expansion of a steel barrel's volume; DIN EN 10088 and its kind, 20 to 100 degC
-_FLOOR = 2e3  # Pa; about the pressure at which an oil gives off vapour and air, [G]
+TEARS = 2e3
+"""About the absolute pressure [Pa] at which an oil gives off vapour and air, [G]; of the oil alone it is below 1 Pa at
+20 degC (safety data sheets of mineral hydraulic oils, ISO VG 32 to 68), of the air that is dissolved in it more."""
 
 
 def kinematic_viscosity(temperature: Real, walther_a: Real, walther_b: Real) -> Scalar:
@@ -117,7 +123,7 @@ def aerated_bulk_modulus(pressure: Real, bulk_modulus: Real, air: Real, polytrop
         >>> [round(float(aerated_bulk_modulus(p, 1.2e9, 0.01, 1.4)) / 1e6) for p in (1e5, 10e5, 100e5)]
         [14, 450, 1163]
     """
-    p = ca.fmax(pressure, _FLOOR)
+    p = ca.fmax(pressure, TEARS)
     gas = free_air(p, air, polytropic)
     return (1.0 + gas) / (1.0 / bulk_modulus + gas / (polytropic * p))
 
@@ -136,6 +142,35 @@ def pressure_viscosity_factor(pressure: Real, coefficient: Real) -> Scalar:
         1.4
     """
     return ca.exp(coefficient * pressure)
+
+
+def torn_volume(pressure: Real, volume: Real) -> Scalar:
+    """Volume of vapour and air in a node whose oil tears [m3]: V (1 - p/p_v) below p_v, else none.
+
+    A node without any oil has the pressure 0, and one that is torn and grows with no flow keeps p V.
+
+    Args:
+        pressure: absolute [Pa].
+        volume: V, of the node [m3].
+
+    Source: gas of constant temperature, p V = const; what comes out of the oil at p_v (`TEARS`) is taken to go back
+    into it there.
+
+    Example:
+        >>> [float(torn_volume(p, 1e-3)) for p in (1e5, 1e3, 0.0)]
+        [0.0, 0.0005, 0.001]
+    """
+    return volume * (1.0 - held_share(pressure))
+
+
+def torn_capacity(pressure: Real, volume: Real) -> Scalar:
+    """What a node gives by it, -d`torn_volume`/dp [m3/Pa]; arguments as there."""
+    return ca.if_else(pressure < TEARS, volume / TEARS, 0.0)
+
+
+def held_share(pressure: Real) -> Scalar:
+    """Share of a node's volume that oil fills [1], 1 from `TEARS` on; the pressure is absolute [Pa]."""
+    return ca.if_else(pressure < TEARS, pressure / TEARS, 1.0)
 
 
 @dataclass(frozen=True)
@@ -191,7 +226,7 @@ class Oil:
         volume = ca.exp((ATMOSPHERE - pressure) / self.bulk_modulus)
         if self.air is None or self.polytropic is None:
             return volume
-        return volume + free_air(ca.fmax(pressure, _FLOOR), self.air, self.polytropic)
+        return volume + free_air(ca.fmax(pressure, TEARS), self.air, self.polytropic)
 
     def thickening(self, pressure: Real) -> Real:
         """Viscosity at an absolute pressure [Pa] over that at atmospheric pressure [1]."""

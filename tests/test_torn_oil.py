@@ -1,0 +1,133 @@
+"""Oil does not pull: it tears, and what opens is filled by vapour and air. A node without any oil ends a run."""
+
+import numpy as np
+import pytest
+
+import ramsight
+from ramsight.duty.dry import refuse_dry
+from ramsight.engine.equation import OdeModel, State
+from ramsight.plant.build import build
+from ramsight.plant.machine_tables import machine_summary
+from ramsight.plant.oil import TEARS, held_share, torn_capacity, torn_volume
+from ramsight.plant.reservoir import check_reservoir
+from tests.command import as_command, at_once
+
+RESERVOIR = "units.axis.parts.reservoir"
+CLOSED = ("eha-single-rod", "eha-test-bench", "eha-valve-rig")
+
+
+def changed(machine, **values):
+    return ramsight.load_machine(machine).replace({f"{RESERVOIR}.{key}": value for key, value in values.items()})
+
+
+def pressures(run):
+    return {name: run[name].values for name in run if str(name).startswith("pressure_")}
+
+
+@pytest.mark.parametrize(
+    ("pressure", "opened"), [(1e5, 0.0), (TEARS, 0.0), (0.75 * TEARS, 0.25), (0.5 * TEARS, 0.5), (0.0, 1.0)]
+)
+def test_vapour_fills_what_oil_does_not(pressure, opened):
+    assert float(torn_volume(pressure, 2e-3)) == pytest.approx(opened * 2e-3)
+    assert float(held_share(pressure)) == pytest.approx(1.0 - opened)
+
+
+def test_what_a_torn_node_gives_is_the_slope_of_its_vapour():
+    for pressure in (0.2 * TEARS, 0.9 * TEARS, 1.5 * TEARS):
+        slope = (torn_volume(pressure + 1.0, 1e-3) - torn_volume(pressure - 1.0, 1e-3)) / 2.0
+        assert float(torn_capacity(pressure, 1e-3)) == pytest.approx(-float(slope))
+
+
+def test_a_reservoir_that_is_too_small_leaves_vapour_and_no_tension():
+    """Before its oil tears it runs as with enough of it; afterwards nothing falls below 0, and no volume is lost."""
+    small = ramsight.simulate(changed("eha-single-rod", gas_volume="0.2 l"), load="15 kN")
+    least = {name: values.min() for name, values in pressures(small).items()}
+    assert 0.0 <= min(least.values()) < TEARS
+    assert abs(small.attrs["energy_residual"]) < 1e-4
+    assert abs(small.attrs["volume_residual"]) < 0.01
+    torn = int(np.argmax(np.min(list(pressures(small).values()), axis=0) < TEARS))
+    assert small["time"].values[torn] > 2.0
+    full = ramsight.simulate("eha-single-rod", load="15 kN")
+    np.testing.assert_allclose(small["position"][:torn], full["position"][:torn], atol=2e-4)
+
+
+def test_a_catalogue_machine_that_lowers_too_fast_tears_and_closes_again():
+    run = ramsight.simulate("mining-loader", unit="bucket", load="48 kN", speed="3900 rpm")
+    chamber = run["pressure_a"].values
+    assert 0.0 <= chamber.min() < TEARS
+    assert chamber[-1] > 1e5
+    assert abs(run.attrs["volume_residual"]) < 0.01
+
+
+def test_a_node_that_a_pump_empties_ends_the_run_with_its_name_and_the_cause():
+    described = changed("eha-valve-rig", precharge="40 bar")
+    with pytest.raises(ramsight.SimulationError) as refused:
+        ramsight.simulate(described, load="2 kN", cycles=3)
+    text = str(refused.value)
+    assert text.startswith("axis: node return_line runs dry at 2.")
+    assert "more oil is drawn from it than comes in" in text
+    assert "less precharge" in text
+
+
+@pytest.mark.parametrize(("least", "dry"), [(0.0, False), (-1e-3, True)])
+def test_a_pressure_below_nothing_is_refused_at_its_first_sample(least, dry):
+    names = ("position", "pressure_chamber_a", "pressure_port_b", "boom.pressure_port_b")
+    ode = OdeModel.__new__(OdeModel)
+    object.__setattr__(ode, "name", "boom")
+    object.__setattr__(ode, "states", tuple(State(name, "", 1.0) for name in names))
+    state = np.full((5, 4), 1e5)
+    state[:, 0] = -1.0  # a position may be
+    state[3, 3] = state[4, 1] = least
+    if not dry:
+        refuse_dry(ode, np.arange(5.0), state)
+        return
+    with pytest.raises(ramsight.SimulationError, match=r"boom: node boom\.port_b runs dry at 3\.00 s"):
+        refuse_dry(ode, np.arange(5.0), state)
+
+
+@pytest.mark.parametrize("machine", CLOSED)
+def test_catalogue_reservoirs_have_what_the_rod_takes(machine):
+    check_reservoir(build(ramsight.load_machine(machine), "axis"))
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ({"gas_volume": "0.5 l"}, r"reservoir\.gas_volume = '0\.5 l': at 3 bar it has 0\.219 l of oil"),
+        ({"precharge": "3 bar"}, r"reservoir\.precharge = '3 bar': .*\(allowed: less than 3 bar\)"),
+        ({"precharge": "40 bar"}, r"reservoir\.precharge = '40 bar': .*\(allowed: less than 3 bar\)"),
+        ({"precharge": "0.2 bar"}, r"reservoir\.gas_volume = '2 l': .* 0\.209 l of gas; .*at least 2\.9\d l"),
+    ],
+)
+def test_a_reservoir_that_does_not_fit_the_rod_is_refused_with_key_value_and_range(values, says):
+    with pytest.raises(ramsight.DescriptionError, match=says):
+        machine_summary(changed("eha-single-rod", **values))
+
+
+def test_the_range_that_is_named_is_allowed_and_just_below_it_is_not():
+    """0.3054 l of oil that the rod takes, of a gas that is 0.4388 of it oil at rest."""
+    machine_summary(changed("eha-single-rod", gas_volume="0.697 l"))
+    with pytest.raises(ramsight.DescriptionError, match=r"allowed: at least 0\.699 l at a precharge of 1\.5 bar"):
+        machine_summary(changed("eha-single-rod", gas_volume="0.69 l"))
+
+
+def test_an_accumulator_of_a_circuit_with_a_tank_may_be_stronger_than_it():
+    from ramsight.plant.accumulator import Accumulator
+    from ramsight.plant.reservoir import _draws_from_tank
+
+    unit = build(ramsight.load_machine("loader-valve-controlled"), "boom")
+    assert not any(isinstance(part, Accumulator) for part in unit.parts())
+    assert _draws_from_tank(unit)
+    assert not any(_draws_from_tank(build(ramsight.load_machine(machine), "axis")) for machine in CLOSED)
+
+
+def test_check_refuses_such_a_file_in_one_line_with_exit_code_2(tmp_path):
+    source = tmp_path / "axis.toml"
+    made = at_once("new", source, "--like", "eha-single-rod", cwd=tmp_path)
+    assert made.returncode == 0, made.stderr
+    source.write_text(source.read_text().replace('gas_volume = "2 l"', 'gas_volume = "0.2 l"'))
+    done = as_command("check", "axis.toml", cwd=tmp_path)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("error: axis.toml: units.axis.parts.reservoir.gas_volume = '0.2 l': at 3 bar it has")
+    assert "allowed: at least 0.699 l" in line
