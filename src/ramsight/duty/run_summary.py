@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +61,23 @@ def _torn(run: Recorded) -> Iterator[tuple[str, float]]:
 
 def _period(time: NDArray[np.float64]) -> float:
     return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+
+
+def run_numbers(run: Recorded) -> dict[str, Any]:
+    """The figures of a run, in SI: how long it is, extremes and ends of each signal, energies and balances."""
+    extremes = {
+        name: {
+            "first": float(one.values[0]),
+            "least": float(one.values.min()),
+            "most": float(one.values.max()),
+            "last": float(one.values[-1]),
+            "unit": one.units,
+        }
+        for name, one in run.signals.items()
+        if name != "time"
+    }
+    said = {key: value for key, value in run.attrs.items() if key not in ("format", "kind")}
+    return {"duration": float(run["time"].values[-1]), "signals": extremes, "run": said}
 
 
 def run_summary(run: Recorded) -> str:

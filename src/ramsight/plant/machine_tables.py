@@ -44,6 +44,26 @@ def machine_summary(machine: Machine, only: str | None = None) -> RenderableType
     return Group(*parts)
 
 
+def unit_figures(machine: Machine, name: str) -> dict[str, object]:
+    """The figures of a unit in the tables, in SI: what follows from its parts, its loads, and what to look at twice.
+
+    Args:
+        machine: the machine.
+        name: of the unit.
+    """
+    unit = machine.unit(name)
+    built = build(unit, name)
+    return {
+        "load_side": unit.load_side,
+        "derived": derive(built),
+        "loads": {
+            load: {"force": force, "point": torque_at_load(built, force, _TEMPERATURE, _SPEED)}
+            for load, force in unit.load.loads.items()
+        },
+        "look_twice": cautions(unit, built),
+    }
+
+
 def _facts(unit: Unit, built: HydraulicUnit) -> Group:
     found = derive(built)
     side = unit.load_side.upper()
