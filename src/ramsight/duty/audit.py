@@ -15,7 +15,7 @@ import numpy as np
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.run import Array, Segments, Trajectory, outputs
 from ramsight.plant.circuit import EXPANSION, CircuitModel
-from ramsight.plant.oil import TEARS
+from ramsight.plant.oil import DRY
 
 if TYPE_CHECKING:
     from ramsight.plant.linked import LinkedModel
@@ -123,10 +123,8 @@ def _balances(
         pressure = run.step_state[:, ode.state_index(f"{prefix}pressure_{node}")]
         capacity = own[f"capacity_{node}"]
         between = 0.5 * (capacity[1:] + capacity[:-1])
-        torn = own[f"volume_{node}"] * np.maximum(1.0 - pressure / TEARS, 0.0)  # as `plant.oil.torn_volume`
-        pulled = np.minimum(pressure, TEARS)
-        compressed_energy += float(np.sum(between * 0.5 * np.diff(pressure**2)))
-        compressed_energy -= float(np.sum(0.5 * (pulled[1:] + pulled[:-1]) * np.diff(torn)))
+        torn = own[f"volume_{node}"] * np.maximum(pressure / DRY, 0.0)  # as `plant.oil.torn_volume`
+        compressed_energy += float(np.sum(between * 0.5 * np.diff(np.maximum(pressure, 0.0) ** 2)))
         compressed_volume += float(np.sum(between * np.diff(pressure))) - float(torn[-1] - torn[0])
     stored["stored.compression"] = compressed_energy
     drawn = sum(total(f"volume.{name}") for name in audited.tank_flows)

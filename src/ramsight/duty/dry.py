@@ -1,16 +1,16 @@
-"""Runs end where a node has no oil left: a pressure of 0, below which the equations mean nothing."""
+"""Runs end where a node has no oil left: what the equations say of it then means nothing."""
 
 from __future__ import annotations
 
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.run import Array
 from ramsight.errors import SimulationError
-
-_PRESSURE = "pressure_"
+from ramsight.plant.circuit import PRESSURE, is_pressure
+from ramsight.plant.oil import DRY
 
 
 def refuse_dry(ode: OdeModel, time: Array, state: Array) -> None:
-    """Refuse a run in which a pump or a valve draws from a node that is empty (`plant.oil.torn_volume`).
+    """Refuse a run in which a pump or a valve draws from a node that has no oil left (`plant.oil.torn_volume`).
 
     Args:
         ode: the equation.
@@ -18,14 +18,14 @@ def refuse_dry(ode: OdeModel, time: Array, state: Array) -> None:
         state: shape (samples, states).
 
     Raises:
-        SimulationError: an absolute pressure is below 0; the text names node, time, cause and remedy.
+        SimulationError: there is one; the text names node, time, cause and remedy.
     """
-    places = [k for k, one in enumerate(ode.states) if one.name.rpartition(".")[2].startswith(_PRESSURE)]
-    below = state[:, places] < 0.0
+    places = [k for k, one in enumerate(ode.states) if is_pressure(one)]
+    below = state[:, places] < DRY
     if not below.any():
         return
     sample = int(below.any(axis=1).argmax())
-    name = ode.states[places[int(below[sample].argmax())]].name.replace(_PRESSURE, "")
+    name = ode.states[places[int(below[sample].argmax())]].name.replace(PRESSURE, "")
     raise SimulationError(
         f"{ode.name}: node {name} runs dry at {time[sample]:.2f} s: more oil is drawn from it than comes in, and its "
         "pressure would fall below the vapour's; a reservoir with more gas or less precharge, more pressure in the "

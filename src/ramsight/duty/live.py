@@ -19,6 +19,7 @@ from ramsight.engine.equation import OdeModel
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import Segments, integrate, outputs
 from ramsight.errors import SimulationError
+from ramsight.plant.circuit import is_pressure
 from ramsight.plant.linked import LinkedMachine, start_state
 from ramsight.plant.unit import HydraulicUnit, initial_state
 
@@ -115,7 +116,11 @@ class _Stepped:
     def inside(self) -> dict[str, float]:
         """States and outputs now, by name, in SI; integrals of the audit are left out."""
         states = zip(self.ode.states, self.state.tolist(), strict=True)
-        known = {state.name: value for state, value in states if not state.integral}
+        known = {
+            state.name: max(value, 0.0) if is_pressure(state) else value  # below 0 its oil is torn
+            for state, value in states
+            if not state.integral
+        }
         return known | {name: float(values[0]) for name, values in self.found().items()}
 
     def all_inside(self) -> dict[str, float]:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.duty.recorded import Recorded
-from ramsight.plant.oil import TEARS
 
 _LONG = 0.1  # s beyond a limit that are worth a word
 _FAR = 3.0  # times the motor's torque, not even for a moment: the overload of common servo motors, [M]
@@ -54,7 +53,7 @@ def _torn(run: Recorded) -> Iterator[tuple[str, float]]:
     for name, one in run.signals.items():
         if not name.startswith("pressure_"):
             continue
-        if (lasts := period * float(np.count_nonzero(one.values < TEARS))) > _LONG:
+        if (lasts := period * float(np.count_nonzero(one.values <= 0.0))) > _LONG:
             node = name.removeprefix("pressure_")
             yield (f"chamber {node.upper()}" if node in ("a", "b") else node.replace("_", " ")), lasts
 

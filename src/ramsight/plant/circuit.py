@@ -23,6 +23,8 @@ from ramsight.plant.symbols import Parameters
 P = TypeVar("P", bound="Part")
 
 TANK = "tank"
+PRESSURE = "pressure_"
+"""What the names of pressures begin with, among an equation's states; the node's follows."""
 INPUTS = ("motor_speed", "load")
 WARMING = "oil_temperature_rate"
 """Name of the parameter that states how fast the oil warms up [K/s], where its expansion is described."""
@@ -102,6 +104,11 @@ class Closed:
     commands: tuple[str, ...]
 
 
+def is_pressure(state: State) -> bool:
+    """Whether a state of an equation is a node's pressure."""
+    return state.name.rpartition(".")[2].startswith(PRESSURE)
+
+
 class Circuit:
     """Collects what parts add. Everything is made when first named, so the order of parts does not matter."""
 
@@ -175,7 +182,9 @@ class Circuit:
     def pressure(self, node: str) -> Scalar:
         """Absolute pressure of a node [Pa]."""
         if node not in self._pressure:
-            self._pressure[node] = self.state(f"pressure_{node}", "Pa", _PRESSURE_TOLERANCE)
+            state = self.state(f"pressure_{node}", "Pa", _PRESSURE_TOLERANCE)
+            # Oil that is simulated tears (`oil.torn_volume`); a balance is of oil that holds together.
+            self._pressure[node] = state if self._keeps_coefficients else ca.fmax(state, 0.0)
             self._net[node] = self._volume[node] = self._growth[node] = self._wall[node] = 0.0
         return self._pressure[node]
 
@@ -285,9 +294,9 @@ class Circuit:
             self.output(f"capacity_{node}", "m3/Pa", capacity)
             self.output(f"volume_{node}", "m3", self._volume[node])
             growth = self._growth[node]
-            if not self._keeps_coefficients:  # a balance is of oil that holds together
-                capacity = capacity + torn_capacity(self._pressure[node], self._volume[node])
-                growth = growth * held_share(self._pressure[node])
+            if not self._keeps_coefficients:
+                state = self._states[f"pressure_{node}"][1]
+                capacity, growth = capacity + torn_capacity(state, self._volume[node]), growth * held_share(state)
             gained = self._net[node] - growth
             if self._warming is not None:
                 gained = gained + self._warms_up(node)

@@ -12,11 +12,11 @@ from ramsight.machine.viscosity import MM2, OFFSET, T40, T100, walther_constants
 
 __all__ = [
     "ATMOSPHERE",
+    "DRY",
     "MINERAL_EXPANSION",
     "T15",
     "T40",
     "T100",
-    "TEARS",
     "Oil",
     "aerated_bulk_modulus",
     "free_air",
@@ -34,9 +34,9 @@ T15 = 288.15  # K, the temperature at which they give density
 ATMOSPHERE = 101325.0
 """Pressure of the standard atmosphere [Pa], ISO 2533."""
 _STEEL = 3.0 * 11.7e-6  # 1/K, thermal expansion of a steel barrel's volume; DIN EN 10088 and its kind, 20 to 100 degC
-TEARS = 2e3
-"""About the absolute pressure [Pa] at which an oil gives off vapour and air, [G]; of the oil alone it is below 1 Pa at
-20 degC (safety data sheets of mineral hydraulic oils, ISO VG 32 to 68), of the air that is dissolved in it more."""
+DRY = -1e7
+"""State of a node's pressure without any oil [Pa]: far, beside the 10 Pa that a step may be off by."""
+_FLOOR = 2e3  # Pa; about the pressure at which an oil gives off vapour and air, [G]
 
 
 def kinematic_viscosity(temperature: Real, walther_a: Real, walther_b: Real) -> Scalar:
@@ -123,7 +123,7 @@ def aerated_bulk_modulus(pressure: Real, bulk_modulus: Real, air: Real, polytrop
         >>> [round(float(aerated_bulk_modulus(p, 1.2e9, 0.01, 1.4)) / 1e6) for p in (1e5, 10e5, 100e5)]
         [14, 450, 1163]
     """
-    p = ca.fmax(pressure, TEARS)
+    p = ca.fmax(pressure, _FLOOR)
     gas = free_air(p, air, polytropic)
     return (1.0 + gas) / (1.0 / bulk_modulus + gas / (polytropic * p))
 
@@ -144,33 +144,32 @@ def pressure_viscosity_factor(pressure: Real, coefficient: Real) -> Scalar:
     return ca.exp(coefficient * pressure)
 
 
-def torn_volume(pressure: Real, volume: Real) -> Scalar:
-    """Volume of vapour and air in a node whose oil tears [m3]: V (1 - p/p_v) below p_v, else none.
+def torn_volume(state: Real, volume: Real) -> Scalar:
+    """Volume of vapour and air in a node whose oil tears [m3]: -V s/s_0 where its pressure's state s is below 0.
 
-    A node without any oil has the pressure 0, and one that is torn and grows with no flow keeps p V.
+    Oil does not pull. Where more of it leaves than comes in, its pressure stays that of its vapour, less than 1 Pa at
+    20 degC ([M] safety data sheets of mineral hydraulic oils), for which 0 is taken; the state goes on below 0 and
+    counts the volume that opens. At s_0 below 0 (`DRY`) the node has no oil left.
 
     Args:
-        pressure: absolute [Pa].
+        state: of the node's pressure [Pa]; the pressure is what of it is above 0.
         volume: V, of the node [m3].
 
-    Source: gas of constant temperature, p V = const; what comes out of the oil at p_v (`TEARS`) is taken to go back
-    into it there.
-
     Example:
-        >>> [float(torn_volume(p, 1e-3)) for p in (1e5, 1e3, 0.0)]
-        [0.0, 0.0005, 0.001]
+        >>> [float(torn_volume(s, 1e-3)) for s in (1e5, 0.0, 0.5 * DRY, DRY)]
+        [0.0, 0.0, 0.0005, 0.001]
     """
-    return volume * (1.0 - held_share(pressure))
+    return volume * (1.0 - held_share(state))
 
 
-def torn_capacity(pressure: Real, volume: Real) -> Scalar:
-    """What a node gives by it, -d`torn_volume`/dp [m3/Pa]; arguments as there."""
-    return ca.if_else(pressure < TEARS, volume / TEARS, 0.0)
+def torn_capacity(state: Real, volume: Real) -> Scalar:
+    """What a node gives by it, -d`torn_volume`/ds [m3/Pa]; arguments as there."""
+    return ca.if_else(state < 0.0, volume / -DRY, 0.0)
 
 
-def held_share(pressure: Real) -> Scalar:
-    """Share of a node's volume that oil fills [1], 1 from `TEARS` on; the pressure is absolute [Pa]."""
-    return ca.if_else(pressure < TEARS, pressure / TEARS, 1.0)
+def held_share(state: Real) -> Scalar:
+    """Share of a node's volume that oil fills [1]; of the state of its pressure [Pa]."""
+    return ca.if_else(state < 0.0, 1.0 - state / DRY, 1.0)
 
 
 @dataclass(frozen=True)
@@ -226,7 +225,7 @@ class Oil:
         volume = ca.exp((ATMOSPHERE - pressure) / self.bulk_modulus)
         if self.air is None or self.polytropic is None:
             return volume
-        return volume + free_air(ca.fmax(pressure, TEARS), self.air, self.polytropic)
+        return volume + free_air(ca.fmax(pressure, _FLOOR), self.air, self.polytropic)
 
     def thickening(self, pressure: Real) -> Real:
         """Viscosity at an absolute pressure [Pa] over that at atmospheric pressure [1]."""
