@@ -2,6 +2,7 @@
 
 import re
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -142,3 +143,20 @@ def test_a_plant_in_c_shows_no_pressure_below_nothing():
     (found,) = re.findall(r"is_pressure\[N\] = \{([01, ]+)\}", text)
     states = circuit(unit).ode.states
     assert [bool(int(one)) for one in found.split(", ")] == [one.name.startswith("pressure_") for one in states]
+
+
+def test_a_torn_chamber_pulls_at_nothing():
+    """How the rod is accelerated, what flows and which torque the motor has are those of a pressure of 0."""
+    model = circuit(build(ramsight.load_machine("press"), "ram"))
+    ode, names = model.ode, [state.name for state in model.ode.states]
+    said = ca.vertcat(*(one.expression for one in ode.outputs if not one.name.startswith("capacity_")))
+    rates = ca.Function("rates", [ode.x, ode.u, ode.slope, ode.p], [ode.rhs[names.index("velocity")], said])
+    state = np.array([0.1 if name == "position" else 2e5 if name.startswith("pressure_") else 0.0 for name in names])
+
+    def found(pressure):
+        state[names.index("pressure_chamber_b")] = pressure
+        return [np.array(one).ravel() for one in rates(state, [50.0, 1e5], [0.0, 0.0], model.values)]
+
+    for torn, dry in zip(found(0.2 * DRY), found(0.0), strict=True):
+        np.testing.assert_array_equal(torn, dry)
+    assert found(1e5)[0] != found(0.0)[0]
