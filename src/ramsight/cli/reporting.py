@@ -15,6 +15,8 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
+from ramsight.errors import printable
+
 FORMAT = 1
 """Of the JSON of every verb; counts up when a key changes its meaning or goes."""
 _JSON = typer.Option("--json", help="Print the figures as JSON, and nothing else on standard output; SI units.")
@@ -141,4 +143,4 @@ def _reporting(current: Report) -> Iterator[None]:
 
 def _print(current: Report) -> None:
     if current.as_json:
-        typer.echo(current.text)
+        typer.echo(printable(current.text))
