@@ -18,6 +18,8 @@ from ramsight.engine import private_folder as module
 from ramsight.engine.cache import generated_module
 from ramsight.engine.private_folder import FolderError, FolderWarning, private_folder, refusal
 
+pytestmark = pytest.mark.posix  # modes and owners of files
+
 _CHILD = """
 import casadi as ca, numpy as np
 from ramsight.engine.cache import generated_module
@@ -190,7 +192,7 @@ def unchecked(code) -> bytes:
     return importlib.util.MAGIC_NUMBER + (1).to_bytes(4, "little") + bytes(8) + marshal.dumps(code)
 
 
-@pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
+@pytest.mark.skipif(getattr(os, "getuid", int)() != 0, reason="only root can give files away")
 def test_machine_code_of_somebody_else_is_made_again(tmp_path):
     folder = tmp_path / "cache"
     assert child(folder).stdout == "42.125\n"
