@@ -160,3 +160,21 @@ def test_a_torn_chamber_pulls_at_nothing():
     for torn, dry in zip(found(0.2 * DRY), found(0.0), strict=True):
         np.testing.assert_array_equal(torn, dry)
     assert found(1e5)[0] != found(0.0)[0]
+
+
+def test_a_pump_draws_of_a_torn_node_what_is_oil():
+    model = circuit(build(ramsight.load_machine("eha-single-rod"), "axis"))
+    ode, names = model.ode, [state.name for state in model.ode.states]
+    (flow,) = (one.expression for one in ode.outputs if one.name == "pump.flow")
+    said = ca.Function("flow", [ode.x, ode.u, ode.slope, ode.p], [flow])
+
+    def found(node, pressure, speed):
+        state = [2e5 if name.startswith("pressure_") else 0.0 for name in names]
+        state[names.index(f"pressure_{node}")] = pressure
+        return float(said(state, [speed, 0.0], [0.0, 0.0], model.values))
+
+    for node, speed in (("port_b", 100.0), ("port_a", -100.0)):  # what it draws from
+        full, half, none = (found(node, share * DRY, speed) for share in (0.0, 0.5, 1.0))
+        assert half == pytest.approx(0.5 * (full + none))
+        assert abs(none) < 0.05 * abs(full), "its leakage alone"
+        assert found(node, 0.5 * DRY, -speed) == found(node, 0.0, -speed), "and not what it presses into"

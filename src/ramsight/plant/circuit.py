@@ -188,6 +188,13 @@ class Circuit:
             self._net[node] = self._volume[node] = self._growth[node] = self._wall[node] = 0.0
         return self._pressure[node]
 
+    def oil_share(self, node: str) -> Real:
+        """Share of a node's volume that oil fills [1]; what draws from a torn node draws its vapour as well."""
+        if node == TANK or self._keeps_coefficients:
+            return 1.0
+        self.pressure(node)
+        return held_share(self._states[f"{PRESSURE}{node}"][1])
+
     def flow(self, name: str, source: str, target: str, flow: Real, *, arriving: Real | None = None) -> None:
         """Add a volume flow from one node to another.
 
