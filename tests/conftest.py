@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
+from ramsight import posix
+
 from .made_once import share
 
 # Optimizing machine code takes three quarters of making it, and most of it runs for less long than that; commands that
@@ -38,7 +40,10 @@ LONG = (
 
 
 def pytest_collection_modifyitems(items):
-    """Put what takes longest first."""
+    """Put what takes longest first; leave out what only POSIX has where it is not."""
+    for item in items:
+        if not posix.IS_HERE and item.get_closest_marker("posix"):
+            item.add_marker(pytest.mark.skip(reason="of POSIX alone"))
     place = {f"test_{name}.py": k for k, name in enumerate(LONG)}
     items.sort(key=lambda item: place.get(item.path.name, len(LONG)))
 

@@ -283,7 +283,8 @@ def test_figures_of_many_runs_are_those_of_the_runs_one_by_one(sweep):
                 "relief_share": relief / alone.attrs["energy.shaft_given"],
             }.items():  # fmt: skip
                 assert float(one[name]) == pytest.approx(float(expected), rel=1e-3, abs=1e-4), name
-            assert float(one["pressure_most"]) >= float(alone["pressure_a"].max()) * (1.0 - 1e-9)
+            # Largest of the steps; between two of them, where vapour collapses, a sample may lie above both.
+            assert float(one["pressure_most"]) >= float(alone["pressure_a"].max()) * (1.0 - 1e-3)
     assert (runs["relief_share"].isel(duty=1) > 0.1).all()
     assert (runs["relief_share"].isel(duty=0) < 1e-3).all()
 

@@ -1,7 +1,6 @@
 """What verbs share: a unit that may be left out, colours, sections of the help, tables that fit a narrow terminal."""
 
 import os
-import pty
 import re
 import subprocess
 import sys
@@ -83,8 +82,11 @@ def test_no_color_switches_colours_off(monkeypatch):
     assert at_once("check", "nothing-like-that").stderr.startswith("error: "), "a pipe has none"
 
 
+@pytest.mark.posix
 @pytest.mark.parametrize(("environment", "begins"), [({}, f"{RED}error"), ({"NO_COLOR": "1"}, "error: ")])
 def test_a_terminal_sees_errors_in_red(environment, begins):
+    import pty
+
     outer, inner = pty.openpty()
     known = {name: value for name, value in os.environ.items() if name != "NO_COLOR"} | environment
     command = [sys.executable, "-m", "ramsight.cli", "check", "nothing-like-that"]

@@ -13,9 +13,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from ramsight import posix
 from ramsight.engine import private_folder as module
 from ramsight.engine.cache import generated_module
 from ramsight.engine.private_folder import FolderError, FolderWarning, private_folder, refusal
+
+pytestmark = pytest.mark.posix  # modes and owners of files
 
 _CHILD = """
 import casadi as ca, numpy as np
@@ -127,7 +130,7 @@ def test_a_folder_that_others_may_write_is_refused_and_a_private_one_used(tmp_pa
 def test_a_folder_of_somebody_else_is_refused(tmp_path, monkeypatch):
     folder = tmp_path / "cache"
     folder.mkdir(mode=0o700)
-    monkeypatch.setattr(module, "_user", lambda: os.getuid() + 1)
+    monkeypatch.setattr(posix, "user", lambda: os.getuid() + 1)
     assert "belongs to another user" in refusal(folder)
 
 
@@ -189,7 +192,7 @@ def unchecked(code) -> bytes:
     return importlib.util.MAGIC_NUMBER + (1).to_bytes(4, "little") + bytes(8) + marshal.dumps(code)
 
 
-@pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
+@pytest.mark.skipif(getattr(os, "getuid", int)() != 0, reason="only root can give files away")
 def test_machine_code_of_somebody_else_is_made_again(tmp_path):
     folder = tmp_path / "cache"
     assert child(folder).stdout == "42.125\n"

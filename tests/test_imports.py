@@ -56,8 +56,10 @@ FREE = {
     "log_formats",
     "normal",
     "optional",
+    "posix",
     "progress",
     "signals",
+    "system",
 }
 """Modules that all others may use, and that use no room but each other."""
 DOOR = "__init__"

@@ -89,6 +89,7 @@ def test_a_small_file_that_unpacks_to_much_takes_no_memory(tmp_path):
         piece = zlib.compressobj(9, wbits=31)
         data = b"".join(piece.compress(fill * ((1 << 20) // len(fill))) for _ in range(80)) + piece.flush()
         files += [written(tmp_path, data, f"{k}.{suffix}") for suffix in ("csv.gz", "asc.gz", "log.gz")]
+    pytest.importorskip("resource")
     command = [sys.executable, "-c", MEASURE, *map(str, files)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
     for file, line in zip(files, done.stdout.splitlines(), strict=True):
@@ -326,6 +327,7 @@ def mf4(tmp_path):
     return tmp_path / "log.mf4"
 
 
+@pytest.mark.posix
 @pytest.mark.parametrize("way", ["dies", "hangs"])
 def test_a_reader_that_dies_or_hangs_over_a_file_is_one_error_and_the_next_file_is_read(mf4, monkeypatch, way):
     assert read_log(mf4).sizes["time"] == 1000
@@ -372,6 +374,7 @@ def test_a_clock_that_goes_back_is_said(tmp_path):
         assert read_log(path).sizes["time"] == 1500
 
 
+@pytest.mark.posix
 def test_a_pipe_is_no_file_and_nobody_waits_for_it(tmp_path):
     for name in ("pipe.csv", "pipe.parquet", "pipe.mf4", "pipe.blf", "pipe.log"):
         os.mkfifo(tmp_path / name)

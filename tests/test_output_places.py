@@ -101,6 +101,7 @@ with atomic_path(path) if kind == "file" else whole_folder(path, last="a") as dr
 """
 
 
+@pytest.mark.posix
 @pytest.mark.parametrize("kind", ["file", "folder"])
 def test_the_draft_of_a_killed_run_goes_with_the_next_run_of_the_same_output(tmp_path, kind):
     def run():
@@ -170,6 +171,7 @@ for path, most, how in (one.split(":") for one in sys.argv[1:]):
 """
 
 
+@pytest.mark.posix
 def test_a_full_disk_is_one_line_in_every_format(tmp_path):
     cases = [
         ("a.nc", 100, "pieces"),

@@ -317,6 +317,7 @@ def test_a_state_of_the_format_before_says_nothing_of_the_position(tmp_path, sen
     assert not StateFile(path, other).resume().found
 
 
+@pytest.mark.posix
 def test_what_another_has_is_neither_read_nor_written_nor_removed(tmp_path, sensor, unit):
     path, other = tmp_path / "boom.state", kalman(unit)
     file = StateFile(path, at(sensor, 0.2))
@@ -337,6 +338,7 @@ def test_what_another_has_is_neither_read_nor_written_nor_removed(tmp_path, sens
     assert StateFile(link, other).resume().found
 
 
+@pytest.mark.posix
 @pytest.mark.slow
 def test_two_commands_do_not_share_a_state_file(tmp_path, trace):
     """One is killed and the other goes on; one that is stopped still has the file."""

@@ -1042,6 +1042,7 @@ def test_marks_of_frames_that_a_slow_page_drops_come_with_the_next_ones():
         session.close()
 
 
+@pytest.mark.posix
 @pytest.mark.slow
 @pytest.mark.parametrize("factor", [1, 0])
 def test_a_process_that_stands_is_told_within_three_seconds_and_blocks_nobody(factor):

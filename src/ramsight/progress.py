@@ -17,6 +17,7 @@ PATIENCE = 1.0
 EVERY = 10.0
 """Seconds between two lines where there is no terminal."""
 
+_silent = threading.Event()
 _open: list[Progress] = []
 _speaking: list[threading.Event] = []
 
@@ -34,7 +35,7 @@ class Progress:
         self._bar: rich.progress.Progress | None = None
         self._task: rich.progress.TaskID | None = None
         self._opening = threading.Lock()
-        self._shown = sys.stderr is not None and sys.stderr.isatty()
+        self._shown = sys.stderr is not None and sys.stderr.isatty() and not _silent.is_set()
         self._timer = threading.Timer(PATIENCE, self._open)
         self._timer.daemon = True
         if self._shown:
@@ -151,7 +152,8 @@ def spoken(text: str) -> Iterator[None]:
     def speak() -> None:
         while not ended.wait(EVERY):
             inner = _open[-1:]
-            _say(stream, inner[0].line if inner else f"{text}: {time.monotonic() - begun:.0f} s so far")
+            if not _silent.is_set():
+                _say(stream, inner[0].line if inner else f"{text}: {time.monotonic() - begun:.0f} s so far")
 
     threading.Thread(target=speak, daemon=True).start()
     _speaking.append(ended)
@@ -160,6 +162,21 @@ def spoken(text: str) -> Iterator[None]:
     finally:
         _speaking.remove(ended)
         ended.set()
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Say and show nothing of how far work is meanwhile.
+
+    Example:
+        >>> with silent(), progress(3, "runs") as bar:
+        ...     bar.advance()
+    """
+    _silent.set()
+    try:
+        yield
+    finally:
+        _silent.clear()
 
 
 def _say(stream: TextIO, line: str) -> None:

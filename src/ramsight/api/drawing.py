@@ -59,7 +59,7 @@ def draw(machine: AnyUnit, path: str | Path | None = None, *, unit: str | None =
     if file is not None:
         with atomic_path(file) as draft:
             if suffix_of(file, FILES) == ".svg":
-                draft.write_text(text, encoding="utf-8")
+                draft.write_text(text, encoding="utf-8", newline="\n")
             else:
                 from ramsight.drawing import raster
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -57,11 +57,25 @@ class Compared:
         return sorted((float(begins), float(ends), what) for begins, ends, what in found)
 
     @property
+    def figures(self) -> dict[str, Any]:
+        """The comparison in numbers: samples, the share of them with each verdict [1], alerts [s] and drift."""
+        said = self.track["verdict"].values
+        return {
+            "samples": len(said),
+            "verdicts": {one.name.lower(): float(np.mean(said == one)) for one in Verdict},
+            "alerts": [{"begins": a, "ends": b, "verdict": what} for a, b, what in self.alerts],
+            "drift": self.drift,
+        }
+
+    @property
     def text(self) -> str:
         """The comparison in a few lines."""
-        said = self.track["verdict"].values
-        shares = [(one, 100.0 * float(np.mean(said == one))) for one in Verdict]
-        lines = [f"{share:.1f} % of {len(said)} samples: {one.text}" for one, share in shares if share > 0.0]
+        said, shares = self.track["verdict"].values, self.figures["verdicts"]
+        lines = [
+            f"{100.0 * share:.1f} % of {len(said)} samples: {one.text}"
+            for one in Verdict
+            if (share := shares[one.name.lower()]) > 0.0
+        ]
         lines += [f"  {begins:.2f} s to {ends:.2f} s: {what.text}" for begins, ends, what in self.alerts]
         d = self.drift
         if np.isfinite(d.rate_std):

@@ -15,7 +15,6 @@ from ramsight.duty import report as report_of
 from ramsight.duty.drive_report import declared_report, usual_report
 from ramsight.duty.oil_warming import warm_run
 from ramsight.duty.recorded import Recorded
-from ramsight.duty.run_summary import refuse_torn_oil
 from ramsight.duty.simulate import SAMPLE_PERIOD, labelled, ran
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import DescriptionError
@@ -133,7 +132,6 @@ def recorded(
         with advancing(duty.duration, "simulating", shown=progress) as advance:
             made = ran(unit, duty, sample_period=period, rtol=rtol, advance=advance, model=kept_circuit(unit))
             run = labelled(unit, duty, made)
-    refuse_torn_oil(run)
     return run
 
 

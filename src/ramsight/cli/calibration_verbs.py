@@ -19,6 +19,7 @@ from ramsight.cli.common import (
     say_lines,
     say_written,
 )
+from ramsight.cli.reporting import give
 from ramsight.cli.strictness import strictly
 from ramsight.errors import one_line
 
@@ -101,6 +102,7 @@ def leak_test(
     if out is not None:
         known = of_leak_test(found, described.unit(unit))
         write_text(tuned(described, unit, known, f"ramsight leak-test from the log {one_line(log.name)}").text, out)
+    give(unit=unit, leak_test=found)
     say_lines(leak_test_summary(found))
     say_written(out)
 
@@ -180,6 +182,7 @@ def _identify_factors(
         by = f"ramsight identify from the log {one_line(log.name)} and the position in {one_line((truth or log).name)}"
         text = tuned(description, unit, of_identification(found, description.unit(unit)), by).text
         write_text(text, out)
+    give(unit=unit, identification=found)
     say_lines(summary(found))
     say_written(out)
 
@@ -209,6 +212,7 @@ def _identify_values(
     if map_out is not None:
         text = map_with(channel_map.read_text(encoding="utf-8"), known, found.torque, found.curve)
         write_text(text, map_out)
+    give(unit=unit, values=found)
     say_lines(values_summary(found, unit))
     say_written(out, map_out)
 

@@ -17,6 +17,7 @@ from ramsight.cli.common import (
     say_verdicts,
     say_written,
 )
+from ramsight.cli.reporting import give
 
 
 def commission(
@@ -86,6 +87,7 @@ def commission(
     if out is not None:
         text = report_of(done, described, unit, log, truth, known, since)
         write_text(text, out)
+    give(verdict=done.verdict, commissioning=done)
     say_verdicts(done.text)
     say_written(out, *(() if done.verdict is Verdict.FAILED else (keep, tuned)))
     if done.verdict is Verdict.FAILED:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ramsight.cli.reporting import report
 from ramsight.errors import one_line, printable
 from ramsight.log_formats import READABLE
 
@@ -60,16 +61,20 @@ def coloured(word: str, colour: str) -> str:
 
 def say(text: object) -> None:
     """Print a line on standard output."""
-    typer.echo(one_line(text))
+    if not report().as_json:
+        typer.echo(one_line(text))
 
 
 def say_lines(text: object) -> None:
     """Print a text of several lines on standard output."""
-    typer.echo(printable(text))
+    if not report().as_json:
+        typer.echo(printable(text))
 
 
 def say_table(what: RenderableType) -> None:
     """Print a table on standard output."""
+    if report().as_json:
+        return
     from rich.console import Console
     from rich.segment import Segment, Segments
 
@@ -94,14 +99,16 @@ def say_error(text: object, kind: str = "error") -> None:
 
 def say_verdicts(text: str) -> None:
     """Print lines that begin with a verdict, its words in colour."""
-    for line in text.splitlines():
+    for line in [] if report().as_json else text.splitlines():
         verdict = next((one for one in _VERDICTS if line.startswith(one)), "")
         typer.echo((coloured(verdict, _VERDICTS[verdict]) if verdict else "") + one_line(line[len(verdict) :]))
 
 
 def say_cautions(sentences: Iterable[str]) -> None:
     """Print what is worth a second look, a line each."""
-    for sentence in sentences:
+    said = list(sentences)
+    report().add("look_twice", said)
+    for sentence in [] if report().as_json or report().is_quiet else said:
         typer.echo(f"{coloured('look twice', 'yellow')}: {one_line(sentence)}")
 
 
@@ -124,6 +131,7 @@ def named_unit(machine: str, unit: str | None) -> str:
 
 def say_written(*paths: Path | None) -> None:
     """Say which files were written; None was not asked for."""
-    for path in paths:
-        if path is not None:
-            say(f"{path}: written")
+    written = [str(path) for path in paths if path is not None]
+    report().add("written", written)
+    for path in [] if report().is_quiet else written:
+        say(f"{path}: written")

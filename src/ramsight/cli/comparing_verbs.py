@@ -18,6 +18,7 @@ from ramsight.cli.common import (
     say_verdicts,
     say_written,
 )
+from ramsight.cli.reporting import give
 from ramsight.cli.strictness import strictly
 
 
@@ -65,6 +66,7 @@ def compare(
     Example: ramsight compare press log.csv --dc "90 %" --false-alarms "1e-5/h" --other-std "0.3 mm" --drift "20 mm"
     """
     unit = named_unit(machine, unit)
+    give(unit=unit)
     asked = {"--dc": dc, "--false-alarms": false_alarms, "--other-std": other_std, "--drift": drift}
     _check_asked(asked, within, other, tolerance, {"--out": out, "--figure": figure})
     from ramsight.api.second_channel import compare as compared
@@ -89,6 +91,7 @@ def compare(
                 machine, log, unit=unit, dc=dc, false_alarms=false_alarms, other_std=other_std, drift=drift,
                 within=within or 0.0, time_to_alert=time_to_alert, start=start, channel_map=channel_map, progress=True,
             )  # fmt: skip
+        give(derived=derived.derived)
         say_verdicts(derived.text)
         if derived.tolerance is None:
             raise typer.Exit(1)
@@ -111,6 +114,7 @@ def compare(
             write_compared(found.track, out)
         if figure is not None:
             compared_figure(found.track, verbatim(f"{machine}, {unit}: {other.name}"), figure)
+        give(**found.figures)
         say_lines(found.text)
         say_written(out, figure)
 

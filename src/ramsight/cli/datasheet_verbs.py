@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from ramsight.cli.common import Machine, Requirement, SensedUnit, named_unit, say, say_lines
+from ramsight.cli.reporting import give, report
 
 
 def datasheet(
@@ -90,9 +91,11 @@ def datasheet(
     title = f"{study.machine.title or study.machine.name}, unit {unit}"
     judged = study.required(sheet)
     write_sheet(sheet, found, out, title, judged)
+    give(unit=unit, sheet=sheet.numbers, requirement=None if judged is None else judged.numbers)
     say_lines(sheet.text)
     if judged is not None:
         say_lines(judged.text)
+    report().add("written", [str(out / name) for name in FILES])
     say(f"{out}: {', '.join(FILES[:-1])} and {FILES[-1]} written")
     if judged is not None and not judged.is_met:
         raise typer.Exit(1)

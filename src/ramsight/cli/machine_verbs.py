@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ramsight.cli.common import Machine, named_unit, say, say_lines, say_table, say_written
+from ramsight.cli.reporting import give, report
+
+if TYPE_CHECKING:
+    from ramsight.machine import Machine as MachineDescription
 
 
 def check(
@@ -41,7 +45,9 @@ def check(
         check_extra("can")
     described = load_machine(machine)
     say_table(machine_summary(described, unit))
-    for name in described.units if unit is None else (unit,):
+    names = list(described.units) if unit is None else [unit]
+    give(machine=described.name, units={name: _figures(described, name) for name in names} if report().as_json else {})
+    for name in names:
         say_lines(f"\nwhat {name} can have")
         say_table(rows_of((one.what, "yes" if one.can else "no", one.how) for one in abilities(described, unit=name)))
     if channel_map is not None:
@@ -57,6 +63,13 @@ def check(
 
         pump_map_figure(build(described, named_unit(machine, unit)), figure)
         say_written(figure)
+
+
+def _figures(described: MachineDescription, name: str) -> dict[str, object]:
+    from ramsight.api.abilities import abilities
+    from ramsight.plant.machine_tables import unit_figures
+
+    return {**unit_figures(described, name), "abilities": abilities(described, unit=name)}
 
 
 def catalog_list(context: typer.Context) -> None:

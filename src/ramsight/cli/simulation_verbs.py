@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ramsight.cli.common import DrivenUnit, Machine, named_unit, say_cautions, say_lines, say_written
+from ramsight.cli.reporting import give
 
 if TYPE_CHECKING:
     from ramsight.duty import DriveReport
@@ -100,7 +101,7 @@ def simulate(
     unit = named_unit(machine, unit)
     from ramsight.api.duties import SEEDED, duty_for, named_loads, with_names
     from ramsight.api.simulating import recorded, reported_how
-    from ramsight.duty.run_summary import run_cautions, run_summary
+    from ramsight.duty.run_summary import run_cautions, run_numbers, run_summary
     from ramsight.machine import load_machine
     from ramsight.plant.as_built import AsBuilt
     from ramsight.plant.build import build
@@ -135,6 +136,7 @@ def simulate(
     how = reported_how(passed, built, seed=seed)
     run = recorded(made, work, ambient=ambient, sample_period=sample_period, progress=True)
     _write(run, how, out, log, truth, figure)
+    give(unit=unit, **run_numbers(run))
     say_lines(run_summary(run))
     say_cautions(run_cautions(run, described.unit(unit).drive.max_torque, derive(built).load_at_relief))
     say_written(out, log, truth, figure)

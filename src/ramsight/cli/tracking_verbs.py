@@ -22,6 +22,7 @@ from ramsight.cli.common import (
     say_table,
     say_written,
 )
+from ramsight.cli.reporting import give, plain, report
 from ramsight.cli.strictness import strictly
 
 
@@ -56,10 +57,12 @@ def logs_inspect(
             found = inspect_log(file, channel_map, dbc=dbc or (), advance=bar.advance)
         say_table(inspection_table(found))
         text = map_text(found, None if out is None else out.parent)
+        give(file=found.file, channels=[one.figures for one in found.channels], map=text)
         if out is None:
             say_lines("\n" + text.removesuffix("\n"))
             return
         write_text(text, out)
+        report().add("written", [str(out)])
         say(f"{out}: written; check it, signs above all")
 
 
@@ -200,11 +203,15 @@ def track(
             tracked_belief(built, log, channel_map, (position, std), true, title, belief, look)
         if figure is not None and done.track is not None and done.log is not None:
             tracked_figure(done.log, done.track, true, title, figure, look)
+        give(unit=unit, **done.figures, mistake=done.mistake)
         say_lines(done.summary)
         if true is not None and done.track is not None:
-            say_lines(error_text(errors_of(done.track, true), len(done.track)))
+            errors = errors_of(done.track, true)
+            give(errors=errors)
+            say_lines(error_text(errors, len(done.track)))
         check = None if asked is None else achieved(done, true, asked, built)
         if check is not None:
+            give(requirement={**plain(check), "is_met": check.is_met, "missing": check.missing})
             say_lines(check.verdict)
         say_written(out, figure, belief, None if done.is_contradicted else state)
         if done.mistake:

@@ -26,6 +26,7 @@ from ramsight.cli import (
 )
 from ramsight.cli.common import group, say
 from ramsight.cli.option_errors import Verb
+from ramsight.cli.reporting import scripted
 from ramsight.errors import printable
 
 
@@ -81,7 +82,9 @@ def offer(to: typer.Typer, verb: Callable[..., Any], name: str | None = None, *,
     if alone:
         to.callback(help=text)(verb)
     else:
-        to.command(name or verb_name(verb), cls=Verb, help=text)(verb)
+        called = name or verb_name(verb)
+        formatted = f"{to.info.name}-{called}" if to is not app else called
+        to.command(called, cls=Verb, help=text)(scripted(verb, formatted, has_figures=verb in FIGURES))
 
 
 def verb_name(verb: Callable[..., Any]) -> str:
@@ -105,7 +108,7 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def ramsight(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+        bool, typer.Option("--version", "-V", callback=_version, is_eager=True, help="Show the version and exit.")
     ] = False,
     own: Annotated[
         str | None, typer.Option("--catalog", help="Folder of your own parts [default: $RAMSIGHT_CATALOG].")
@@ -135,25 +138,37 @@ SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
     "Look on": (look_verbs.demo, look_verbs.studio),
 }
 """Verbs by what they are for, as the help lists them; groups of verbs join theirs in `GROUPS`."""
+FIGURES = (
+    machine_verbs.check,
+    simulation_verbs.simulate,
+    datasheet_verbs.datasheet,
+    tracking_verbs.track,
+    tracking_verbs.logs_inspect,
+    comparing_verbs.compare,
+    calibration_verbs.leak_test,
+    calibration_verbs.identify,
+    commissioning_verbs.commission,
+)
+"""Verbs with ``--json``: what they say are figures (docs/reference/scripts.md)."""
 GROUPS = {"catalog": "Describe", "logs": "Follow a log", "export": "Deploy"}
 
 for verbs in SECTIONS.values():
     for verb in verbs:
         offer(app, verb)
 
-catalog = group(invoke_without_command=True)
+catalog = group(name="catalog", invoke_without_command=True)
 offer(catalog, machine_verbs.catalog_list, alone=True)
 offer(catalog, machine_verbs.catalog_show, "show")
 offer(catalog, machine_verbs.catalog_check, "check")
 app.add_typer(catalog, name="catalog")
 
-logs = group(no_args_is_help=True, help="Look into drive logs, and send them.")
+logs = group(name="logs", no_args_is_help=True, help="Look into drive logs, and send them.")
 offer(logs, tracking_verbs.logs_inspect, "inspect")
 offer(logs, comparing_verbs.logs_shared, "shared")
 offer(logs, bus_verbs.logs_replay, "replay")
 app.add_typer(logs, name="logs")
 
-export = group(no_args_is_help=True, help="Into a control unit and into a simulator.")
+export = group(name="export", no_args_is_help=True, help="Into a control unit and into a simulator.")
 offer(export, exporting_verbs.export_c, "c")
 offer(export, exporting_verbs.export_fmu, "fmu")
 offer(export, exporting_verbs.export_ssp, "ssp")

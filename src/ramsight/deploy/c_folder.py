@@ -123,7 +123,7 @@ def write_sensor(
     with whole_folder(out, _LAST) as draft:
         for name, text in files.items():
             (draft / name).parent.mkdir(exist_ok=True)
-            (draft / name).write_text(text, encoding="utf-8")
+            (draft / name).write_text(text, encoding="utf-8", newline="\n")
         found = find_compiler() if compiler is None else compiler
         measured = []
         builds = tuple(_builds(built)) if measure else ((single, "-O2"),)
@@ -156,7 +156,7 @@ def write_sensor(
             {name: text.encode() for name, text in files.items()},
         )
         for name, said in {**own, _LAST: text}.items():
-            (draft / name).write_text(said, encoding="utf-8")
+            (draft / name).write_text(said, encoding="utf-8", newline="\n")
     return WrittenSensor(out, (*files, *own, _LAST), compiler, tuple(measured), driving)
 
 

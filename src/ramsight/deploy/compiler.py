@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 
 from ramsight.engine.kept import keep, key_of, read_kept
@@ -69,9 +70,17 @@ class ControlFootprint:
 
 
 def find_compiler() -> str | None:
-    """`$CC`, gcc, clang or cc, whichever is there first."""
+    """`$CC`, gcc, clang or cc, whichever is there first and runs: on macOS a name may have no compiler behind it."""
     names = [os.environ.get("CC"), "gcc", "clang", "cc"]
-    return next((path for name in names if name and (path := shutil.which(name))), None)
+    return next((path for name in names if name and (path := shutil.which(name)) and _runs(path)), None)
+
+
+@cache
+def _runs(compiler: str) -> bool:
+    try:
+        return subprocess.run([compiler, "--version"], capture_output=True, check=False).returncode == 0
+    except OSError:
+        return False
 
 
 def version(compiler: str) -> str:
@@ -85,7 +94,8 @@ def run(command: Sequence[str], folder: Path) -> str:
     Raises:
         CompilerError: it fails; the text has the first error that it reports.
     """
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    # gcc quotes in UTF-8, whatever a console of Windows has.
+    done = subprocess.run(command, cwd=folder, capture_output=True, check=False, encoding="utf-8", errors="replace")
     if done.returncode:
         said = (done.stderr or done.stdout).strip().splitlines()
         # What a linker lacks stands before the driver's own line, and is not called an error.
@@ -112,7 +122,7 @@ def library(compiler: str, files: Mapping[str, str], target: Path, *options: str
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for file, text in files.items():
-            (folder / file).write_text(text, encoding="utf-8")
+            (folder / file).write_text(text, encoding="utf-8", newline="\n")
         sources = sorted(file for file in files if file.endswith(".c"))
         objects = compile_files([compiler, "-O2", "-fPIC", *options], sources, folder)
         run([compiler, "-shared", *options, *objects, "-o", "library.so", "-lm"], folder)
@@ -198,7 +208,7 @@ def _numbers(compiler: str, work: Path, name: str, asked: Sequence[str], options
     """What constant expressions are worth behind `name.h`."""
     said = " ".join(f"(int)({one})," for one in asked).rstrip(",")
     probe = f'#include <stdio.h>\n#include "{name}.h"\nint main(void) {{ printf("{" %d" * len(asked)}", {said}); '
-    (work / "probe.c").write_text(probe + "return 0; }\n", encoding="utf-8")
+    (work / "probe.c").write_text(probe + "return 0; }\n", encoding="utf-8", newline="\n")
     run([compiler, *STRICT, *options, "probe.c", "-o", "probe"], work)
     return [int(word) for word in run([str(work / "probe")], work).split()]
 

@@ -163,6 +163,7 @@ def zipped(content: Mapping[str, bytes], first: str) -> bytes:
         for name in sorted(content, key=lambda name: (name != first, name)):
             entry = zipfile.ZipInfo(name, _DATE)
             entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            entry.create_system = 3  # those are a Unix file's rights, on every system
             archive.writestr(entry, content[name])
     return found.getvalue()
 

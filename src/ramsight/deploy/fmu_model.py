@@ -20,7 +20,7 @@ from ramsight.deploy.sensor_words import titled_meaning
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import pieces
 from ramsight.engine.run import DEFAULT_RTOL
-from ramsight.plant.circuit import COMMANDED
+from ramsight.plant.circuit import COMMANDED, is_pressure
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.unit import HydraulicUnit, circuit, reach
 from ramsight.sensor.inputs.sample import MEASURED
@@ -236,6 +236,7 @@ def plant_model(unit: HydraulicUnit, machine: str) -> FmuModel:
         shown=", ".join(map(str, shown)),
         reached="" if followed else f"  m->real[FIRST_OUTPUT + {len(says)}] = u[0];\n",
         tolerances=", ".join(literal(s.tolerance) for s in ode.states),
+        pressures=", ".join(str(int(is_pressure(s))) for s in ode.states),
     )
     files = {"model.c": text, "real.h": template("real.h"), "rodas4.h": template("rodas4.h")}
     description = f"Simulated {unit.name} of {machine}, with its own solver"

@@ -82,7 +82,7 @@ def binaries(files: Mapping[str, str], identifier: str, fmi: int, names: Iterabl
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         for file, text in files.items():
-            (folder / file).write_text(text, encoding="utf-8")
+            (folder / file).write_text(text, encoding="utf-8", newline="\n")
         sources = sorted(file for file in files if file.endswith(".c"))
         for one in chosen:
             name = f"{identifier}{one.suffix}"

@@ -15,6 +15,7 @@ import numpy as np
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.run import Array, Segments, Trajectory, outputs
 from ramsight.plant.circuit import EXPANSION, CircuitModel
+from ramsight.plant.oil import DRY
 
 if TYPE_CHECKING:
     from ramsight.plant.linked import LinkedModel
@@ -122,8 +123,9 @@ def _balances(
         pressure = run.step_state[:, ode.state_index(f"{prefix}pressure_{node}")]
         capacity = own[f"capacity_{node}"]
         between = 0.5 * (capacity[1:] + capacity[:-1])
-        compressed_energy += float(np.sum(between * 0.5 * np.diff(pressure**2)))
-        compressed_volume += float(np.sum(between * np.diff(pressure)))
+        torn = own[f"volume_{node}"] * np.maximum(pressure / DRY, 0.0)  # as `plant.oil.torn_volume`
+        compressed_energy += float(np.sum(between * 0.5 * np.diff(np.maximum(pressure, 0.0) ** 2)))
+        compressed_volume += float(np.sum(between * np.diff(pressure))) - float(torn[-1] - torn[0])
     stored["stored.compression"] = compressed_energy
     drawn = sum(total(f"volume.{name}") for name in audited.tank_flows)
     tank_pressure = segments.parameters[0, ode.parameters.index(f"{prefix}tank.pressure")]

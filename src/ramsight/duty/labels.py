@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ramsight.duty.profile import Array, Profile
 from ramsight.duty.recorded import Signal
 from ramsight.engine.equation import OdeModel
@@ -55,7 +57,7 @@ class Owner:
         found = {}
         for node in nodes:
             short = node.replace("chamber", "pressure") if node.startswith("chamber") else f"pressure_{node}"
-            values = state[:, ode.state_index(self.symbol(f"pressure_{node}"))]
+            values = np.maximum(state[:, ode.state_index(self.symbol(f"pressure_{node}"))], 0.0)  # else it is torn
             found[self.column(short)] = Signal(values, "Pa", self.words(f"absolute pressure of {node}"))
         return found
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.duty.audit import audit_linked
+from ramsight.duty.dry import refuse_dry
 from ramsight.duty.labels import Owner, computed
 from ramsight.duty.profile import Array, Profile, all_corners, constant, held_corners, rates
 from ramsight.duty.recorded import Recorded, Signal
@@ -138,6 +139,7 @@ def simulate_linked(
     run = integrate(ode, start, segments, time, rtol=rtol, max_steps=max_steps, record_steps=True, advance=advance)
     if run.outcome is not Outcome.DONE:
         raise SimulationError(f"{ode.name}: {run.message}")
+    refuse_dry(ode, run.step_time, run.step_state)
     attributes: dict[str, Any] = {"format": 1, "kind": "simulated run", "machine": machine.name}
     attributes |= {"units": " ".join(names), "accepted_steps": run.accepted, "rejected_steps": run.rejected}
     attributes |= audit_linked(model, segments, run)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ramsight.duty.audit import Audited
 from ramsight.duty.drive_report import SPEEDS, DriveReport
+from ramsight.duty.dry import refuse_dry
 from ramsight.duty.linked_duty import audited_model
 from ramsight.duty.live_energy import EnergyAccount, LiveEnergy
 from ramsight.duty.profile import Array, constant
@@ -18,6 +19,7 @@ from ramsight.engine.equation import OdeModel
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import Segments, integrate, outputs
 from ramsight.errors import SimulationError
+from ramsight.plant.circuit import is_pressure
 from ramsight.plant.linked import LinkedMachine, start_state
 from ramsight.plant.unit import HydraulicUnit, initial_state
 
@@ -99,6 +101,7 @@ class _Stepped:
         run = integrate(self.ode, self.state, segment, segment.end)
         if run.outcome is not Outcome.DONE:
             raise SimulationError(f"{self.ode.name}: {run.message}")
+        refuse_dry(self.ode, run.time, run.state)
         self.state, self.inputs = run.state[-1], inputs
         self._samples += 1
         self._found = None
@@ -113,7 +116,11 @@ class _Stepped:
     def inside(self) -> dict[str, float]:
         """States and outputs now, by name, in SI; integrals of the audit are left out."""
         states = zip(self.ode.states, self.state.tolist(), strict=True)
-        known = {state.name: value for state, value in states if not state.integral}
+        known = {
+            state.name: max(value, 0.0) if is_pressure(state) else value  # below 0 its oil is torn
+            for state, value in states
+            if not state.integral
+        }
         return known | {name: float(values[0]) for name, values in self.found().items()}
 
     def all_inside(self) -> dict[str, float]:

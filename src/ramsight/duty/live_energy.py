@@ -103,5 +103,6 @@ class LiveEnergy:
         compressed = 0.0
         for node in self._audited.nodes:
             capacity = 0.5 * (inside[f"capacity_{node}"] + last[f"capacity_{node}"])
-            compressed += capacity * 0.5 * (inside[f"pressure_{node}"] ** 2 - last[f"pressure_{node}"] ** 2)
+            now, before = (max(of[f"pressure_{node}"], 0.0) for of in (inside, last))
+            compressed += capacity * 0.5 * (now**2 - before**2)
         stored["compression"] = stored.get("compression", 0.0) + compressed

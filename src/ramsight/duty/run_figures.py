@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -19,6 +18,7 @@ from ramsight.engine.outcome import Outcome
 from ramsight.plant.circuit import CircuitModel
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import ReliefValve
+from ramsight.system import processors
 
 BESIDE = 32  # runs that are simulated side by side on a thread: fewer leave lanes empty at the end, more take memory
 _LEAST_ENERGY = 1e-9  # J, so that a run at rest divides by something
@@ -82,7 +82,7 @@ def figures_of(
         advance: called with the number of runs done since the last call.
     """
     names = [name for one in FIGURES if one in set(keep) for name in FIGURES[one]]
-    threads = threads or len(os.sched_getaffinity(0))
+    threads = threads or processors()
     torque_of = compile_outputs(_only_torque(model.ode)).sample_outputs
     do = partial(_done, unit, model, torque_of, names=names, period=period, rtol=rtol)
     supply = iter(works)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.duty.recorded import Recorded
-from ramsight.errors import SimulationError
 
 _LONG = 0.1  # s beyond a limit that are worth a word
 _FAR = 3.0  # times the motor's torque, not even for a moment: the overload of common servo motors, [M]
-_PULLS = 0.1  # share of a run's largest pressure: a chamber that pulls harder moves the rod as no oil does
 _SHOWN = 1e-3  # share of the largest energy below which a line is left out
 
 
@@ -42,57 +40,43 @@ def run_cautions(run: Recorded, max_torque: float, load_at_relief: float) -> tup
             "relief valve carries: what lifts it passes the valve, and where nothing else holds it the rod sinks"
         )
     found += [
-        f"{fall.said}, for {fall.lasts:.1f} s of {time[-1]:.1f} s: oil would tear there, and the rod go otherwise than "
-        "simulated"
-        for fall in _falls(run, 0.0)
+        f"the oil tears in {node}, for {lasts:.1f} s of {time[-1]:.1f} s: vapour and air fill the room, and until "
+        "they are gone no oil holds the rod from that side"
+        for node, lasts in _torn(run)
     ]
     return tuple(found)
 
 
-def refuse_torn_oil(run: Recorded) -> None:
-    """Refuse a run in which oil pulls as no oil does: it tears, and the rod goes otherwise than the equations say.
-
-    Args:
-        run: a run.
-
-    Raises:
-        SimulationError: an absolute pressure is far below zero for longer than a moment.
-    """
-    largest = max((one.max() for one in _pressures(run).values()), default=0.0)
-    for fall in _falls(run, -_PULLS * largest):
-        raise SimulationError(
-            f"{run.attrs['unit']}: {fall.said}, first at {fall.begins:.2f} s, and is far below zero for "
-            f"{fall.lasts:.1f} s of {run['time'].values[-1]:.1f} s: oil tears there, and the rod goes otherwise than "
-            "could be simulated; a reservoir with more gas or less precharge, more pressure in the tank or an "
-            "anti-cavitation valve keeps it filled"
-        )
-
-
-class _Fall(NamedTuple):
-    """A chamber whose pressure is below a limit: what to say of it, since when, and for how long in all [s]."""
-
-    said: str
-    begins: float
-    lasts: float
-
-
-def _falls(run: Recorded, limit: float) -> Iterator[_Fall]:
-    """The chambers that are below an absolute pressure [Pa] for longer than a moment."""
-    time = run["time"].values
-    for side, pressure in _pressures(run).items():
-        below = pressure < limit
-        if (lasts := _period(time) * float(np.count_nonzero(below))) > _LONG:
-            said = f"chamber {side} falls to {pressure.min() / 1e5:.1f} bar absolute"
-            yield _Fall(said, float(time[int(np.argmax(below))]), lasts)
-
-
-def _pressures(run: Recorded) -> dict[str, NDArray[np.float64]]:
-    """Of the chambers that a run has, by their letters [Pa]."""
-    return {side.upper(): run[name].values for side in "ab" if (name := f"pressure_{side}") in run.signals}
+def _torn(run: Recorded) -> Iterator[tuple[str, float]]:
+    """Chambers and other nodes whose oil tears for longer than a moment, and for how long in all [s]."""
+    period = _period(run["time"].values)
+    for name, one in run.signals.items():
+        if not name.startswith("pressure_"):
+            continue
+        if (lasts := period * float(np.count_nonzero(one.values <= 0.0))) > _LONG:
+            node = name.removeprefix("pressure_")
+            yield (f"chamber {node.upper()}" if node in ("a", "b") else node.replace("_", " ")), lasts
 
 
 def _period(time: NDArray[np.float64]) -> float:
     return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+
+
+def run_numbers(run: Recorded) -> dict[str, Any]:
+    """The figures of a run, in SI: how long it is, extremes and ends of each signal, energies and balances."""
+    extremes = {
+        name: {
+            "first": float(one.values[0]),
+            "least": float(one.values.min()),
+            "most": float(one.values.max()),
+            "last": float(one.values[-1]),
+            "unit": one.units,
+        }
+        for name, one in run.signals.items()
+        if name != "time"
+    }
+    said = {key: value for key, value in run.attrs.items() if key not in ("format", "kind")}
+    return {"duration": float(run["time"].values[-1]), "signals": extremes, "run": said}
 
 
 def run_summary(run: Recorded) -> str:

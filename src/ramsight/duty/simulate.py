@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.duty.audit import audit
+from ramsight.duty.dry import refuse_dry
 from ramsight.duty.labels import Owner, computed
 from ramsight.duty.profile import Duty, Profile
 from ramsight.duty.recorded import Recorded, Signal
@@ -139,6 +140,7 @@ def ran(
     run = integrate(ode, initial, segments, time, rtol=rtol, max_steps=max_steps, record_steps=True, advance=advance)
     if run.outcome is not Outcome.DONE:
         raise SimulationError(f"{ode.name}: {run.message}")
+    refuse_dry(ode, run.step_time, run.step_state)
     return Ran(model, segments, run)
 
 

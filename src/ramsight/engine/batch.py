@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import compile_lanes
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Array, Segments
+from ramsight.system import processors
 
 _CHUNK = 1024  # runs that are held in memory at once, for all threads together
 
@@ -76,7 +76,7 @@ def batches(
         advance: called now and then with the number of runs done since the last call.
     """
     loop = compile_lanes(model).integrate_lanes
-    threads = threads or len(os.sched_getaffinity(0))
+    threads = threads or processors()
     atol = np.array([np.inf if s.integral else s.tolerance * tolerance_scale for s in model.states])
     supply = iter(jobs)
     with ThreadPoolExecutor(threads) as pool:

@@ -7,17 +7,17 @@ import os
 from pathlib import Path
 
 from ramsight.engine.private_folder import private_folder
+from ramsight.system import cache_home
 
 
 def cache_directory() -> Path:
     """Where compiled models are kept; the folder exists, and nobody else can write into it.
 
-    `$RAMSIGHT_CACHE`, else `ramsight` in the user's cache directory. Where that cannot be written, or others may
-    write into it, another one that is ours alone (`engine.private_folder`).
+    `$RAMSIGHT_CACHE`, else `ramsight` where the system has the user's caches. Where that cannot be written, or others
+    may write into it, another one that is ours alone (`engine.private_folder`).
     """
     named = os.environ.get("RAMSIGHT_CACHE")
-    base = os.environ.get("XDG_CACHE_HOME")
-    wanted = Path(named) if named else (Path(base) if base else Path.home() / ".cache") / "ramsight"
+    wanted = Path(named) if named else cache_home()
     return private_folder(wanted, "remove it, or set RAMSIGHT_CACHE to a folder of your own")
 
 

@@ -22,8 +22,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ramsight.engine.cache_folder import cache_directory, content_hash
-from ramsight.engine.private_folder import is_ours
 from ramsight.engine.whole_file import write_whole
+from ramsight.system import is_ours
 
 T = TypeVar("T")
 

@@ -20,8 +20,8 @@ import llvmlite
 import numpy as np
 from llvmlite import binding
 
-from ramsight.engine.private_folder import is_ours
 from ramsight.engine.whole_file import write_whole
+from ramsight.system import is_ours, runtime_symbols
 
 Kinds = tuple[tuple[str, int], ...]
 """Of arguments: type and number of dimensions, 0 for a number."""
@@ -38,7 +38,8 @@ JOINED = "contract"
 """LLVM's flag of a sum or a product that may be rounded once with the other."""
 _HIGHEST = 3  # level of LLVM's optimizers
 _NUMBER = ("d", 0)
-_DTYPES = {"d": "float64", "l": "int64"}
+_KINDS = {np.dtype(one).char: kind for one, kind in ((np.float64, "d"), (np.int64, "l"))}
+"""By NumPy's letters, of which that of int64 depends on the system's C compiler."""
 _lock = threading.Lock()
 
 
@@ -68,9 +69,9 @@ class NativeFunction:
             if isinstance(one, np.ndarray):
                 if not one.flags.c_contiguous:
                     raise ValueError("an array that is not C-contiguous")
-                if one.dtype.char not in _DTYPES:
+                if (kind := _KINDS.get(one.dtype.char)) is None:
                     raise TypeError(f"an array of {one.dtype}: float64 and int64 are taken")
-                kinds.append((one.dtype.char, one.ndim))
+                kinds.append((kind, one.ndim))
                 values.append(id(one))
             else:
                 kinds.append(_NUMBER)
@@ -161,6 +162,8 @@ def _level() -> int:
 def _initialize() -> None:
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
+    for name, address in runtime_symbols().items():
+        binding.add_symbol(name, address)
 
 
 def _optimize(assembly: Any) -> None:
@@ -171,6 +174,9 @@ def _optimize(assembly: Any) -> None:
 
 @cache
 def _target() -> tuple[str, str, str]:
-    """What the machine code is made for: triple, processor and its features."""
-    features = binding.get_host_cpu_features().flatten()
+    """What the machine code is made for: triple, which implies the kind of object file, processor and its features."""
+    try:
+        features = binding.get_host_cpu_features().flatten()
+    except RuntimeError:  # LLVM cannot tell on this system: those that every such processor has
+        features = ""
     return (binding.get_default_triple(), binding.get_host_cpu_name(), features)

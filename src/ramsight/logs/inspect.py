@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -56,6 +57,12 @@ class Channel:
     def rate(self) -> float:
         """Samples per second where it comes as usual [Hz], NaN if unknown."""
         return 1.0 / self.distances.usual
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """All that is known of it, with its rate [1/s]."""
+        names = ("name", "unit", "note", "samples", "missing", "least", "most", "first", "last", "role", "rate")
+        return {name: getattr(self, name) for name in names}
 
     def count(self, samples: Samples) -> None:
         """Count further samples of the channel."""

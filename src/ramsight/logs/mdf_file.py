@@ -5,7 +5,7 @@ from __future__ import annotations
 import atexit
 import json
 import os
-import select
+import queue
 import subprocess
 import sys
 import threading
@@ -27,6 +27,7 @@ _PATIENCE, _BYTES_A_SECOND = 10.0, 1e6  # s for any answer, and so much more for
 _ANGLES = ("deg", "°", "rad", "°CA", "deg CA")
 _NO_TIME = {2: "an angle", 3: "a distance", 4: "an index"}  # sync types of MDF
 _START = 120.0  # s for the process to begin
+_BLOCK = 1 << 20  # bytes that are taken at once
 _BEGIN = "import sys; sys.path[:] = {path!r}; from ramsight.logs.mdf_worker import main; main()"
 
 
@@ -145,6 +146,10 @@ class _Reader:
             bufsize=0,
         )
         self._has_answered = False
+        self._said: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        self._rest = b""
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._listener.start()
 
     @property
     def is_alive(self) -> bool:
@@ -172,6 +177,7 @@ class _Reader:
         """End the process."""
         self._process.kill()
         self._process.wait()
+        self._listener.join()
         for pipe in (self._process.stdin, self._process.stdout):
             if pipe is not None:
                 pipe.close()
@@ -181,10 +187,17 @@ class _Reader:
         if self.owner == os.getpid():
             self.end()
 
+    def _listen(self) -> None:
+        """Take what the process says, until its end: a pipe of Windows cannot be waited for in another way."""
+        assert self._process.stdout is not None
+        while data := self._process.stdout.read(_BLOCK):
+            self._said.put(data)
+        self._said.put(b"")
+
     def _line(self, patience: float) -> bytes:
-        data = self._some(1 << 16, patience)
+        data = self._some(patience)
         while b"\n" not in data:
-            data += self._some(1 << 16, patience)
+            data += self._some(patience)
         line, _, self._rest = data.partition(b"\n")
         return line
 
@@ -194,17 +207,17 @@ class _Reader:
         data = bytearray(self._rest[:size])
         self._rest = self._rest[size:]
         while len(data) < size:
-            data += self._some(size - len(data), patience)
+            some = self._some(patience)
+            self._rest = some[size - len(data) :]
+            data += some[: size - len(data)]
         return np.frombuffer(data, dtype=dtype).reshape(shape)
 
-    _rest = b""
-
-    def _some(self, size: int, patience: float) -> bytes:
-        assert self._process.stdout is not None
-        if not select.select([self._process.stdout], [], [], patience)[0]:
+    def _some(self, patience: float) -> bytes:
+        try:
+            data = self._said.get(timeout=patience)
+        except queue.Empty:
             self.end()
-            raise _ReadingError(f"no progress within {patience:.0f} s")
-        data = os.read(self._process.stdout.fileno(), min(size, 1 << 20))
+            raise _ReadingError(f"no progress within {patience:.0f} s") from None
         if not data:
             raise EOFError
         return data

@@ -206,10 +206,7 @@ def _can_lines(found: Inspection, folder: Path | None) -> list[str]:
             '# objects = ["606Ch", "6077h"]  # mapped one after the other',
         ]
     lines = ["[can]"]
-    names = [
-        path.name if path.parent == FOLDER else Path(os.path.relpath(path, folder or Path())).as_posix()
-        for path in known.dbc
-    ]
+    names = [path.name if path.parent == FOLDER else _from(path, folder or Path()) for path in known.dbc]
     if names:
         lines.append(f"dbc = {_text(names[0]) if len(names) == 1 else '[' + ', '.join(map(_text, names)) + ']'}")
     lines += _origin_lines(found)
@@ -217,6 +214,14 @@ def _can_lines(found: Inspection, folder: Path | None) -> list[str]:
         objects = ", ".join(_text(one) for one in pdo.objects)
         lines += ["", "[[can.pdo]]", f"cob_id = {hex(pdo.cob_id)}", f"objects = [{objects}]"]
     return lines
+
+
+def _from(path: Path, folder: Path) -> str:
+    """How a file is named in a map that is in a folder."""
+    try:
+        return Path(os.path.relpath(path, folder)).as_posix()
+    except ValueError:  # on another drive of Windows
+        return path.absolute().as_posix()
 
 
 def _origin_lines(found: Inspection) -> list[str]:

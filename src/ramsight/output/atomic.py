@@ -11,6 +11,7 @@ from ramsight.errors import OutputError, one_line
 from ramsight.optional import check_extra
 from ramsight.output.drafts import draft_of, sweep
 from ramsight.output.flush import flush_folder
+from ramsight.system import flush_file
 
 
 @contextmanager
@@ -66,7 +67,8 @@ def write_text(text: str, path: str | Path) -> None:
         OutputError: as `atomic_path`.
     """
     with atomic_path(path) as draft:
-        draft.write_text(text, encoding="utf-8", errors="replace")  # names of files may hold what is no text
+        # Names of files may hold what is no text.
+        draft.write_text(text, encoding="utf-8", errors="replace", newline="\n")
 
 
 def check_target(path: Path | None, suffixes: Sequence[str]) -> None:
@@ -135,7 +137,6 @@ def _settle(draft: Path, target: Path, shown: str) -> None:
     """Flush the draft to the disk and move it into its place."""
     if not draft.exists():
         raise OutputError(f"{shown}: nothing was written")
-    with open(draft, "rb") as file:
-        os.fsync(file.fileno())
+    flush_file(draft)
     os.replace(draft, target)
     flush_folder(target.parent)

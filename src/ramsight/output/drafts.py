@@ -11,6 +11,8 @@ import socket
 from contextlib import suppress
 from pathlib import Path
 
+from ramsight.system import is_alive
+
 _NAME = re.compile(r"\.([0-9a-f]{4})-([0-9]+)-[0-9a-f]{8}-(.+)", re.DOTALL)
 
 
@@ -24,7 +26,7 @@ def sweep(target: Path) -> None:
     with suppress(OSError), os.scandir(target.parent) as entries:
         for entry in entries:
             match = _NAME.fullmatch(entry.name)
-            if match is None or match[3] != target.name or match[1] != _here() or _is_alive(int(match[2])):
+            if match is None or match[3] != target.name or match[1] != _here() or is_alive(int(match[2])):
                 continue
             if entry.is_dir(follow_symlinks=False):
                 shutil.rmtree(entry.path, ignore_errors=True)
@@ -35,13 +37,3 @@ def sweep(target: Path) -> None:
 
 def _here() -> str:
     return hashlib.sha256(socket.gethostname().encode()).hexdigest()[:4]
-
-
-def _is_alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except OSError:
-        return True
-    return True

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import errno
-import fcntl
-import os
-from contextlib import suppress
 from pathlib import Path
 
+from ramsight import system
 from ramsight.errors import OutputError, one_line
-
-_ATTEMPTS = 100  # to lock a file that others remove meanwhile
-_LOCKS = Path("/proc/locks")
 
 
 class HeldError(OutputError):
@@ -19,10 +13,10 @@ class HeldError(OutputError):
 
 
 class Exclusive:
-    """A lock on a file (flock); other names of the file, links among them, are the same lock.
+    """A lock on a file; other names of the file, links among them, are the same lock (hard links not on Windows).
 
     Args:
-        path: the file; made by `take` if it is not there.
+        path: the file; on POSIX made by `take` if it is not there.
 
     Example:
         >>> import tempfile
@@ -38,13 +32,13 @@ class Exclusive:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self._file, self._made = -1, False
+        self._lock: system.Lock | None = None
         self.path = Path(path)
 
     @property
     def is_held(self) -> bool:
         """Whether this object has the file."""
-        return self._file >= 0
+        return self._lock is not None
 
     def take(self) -> None:
         """Have the file from now on; one that is held already stays so.
@@ -53,77 +47,22 @@ class Exclusive:
             HeldError: another program has it, or another object of this one.
             OutputError: it cannot be opened, made or locked.
         """
-        try:
-            for _ in range(_ATTEMPTS):
-                if self.is_held:
-                    return
-                self._try()
-        except OSError as error:
-            raise OutputError(f"{one_line(self.path)}: cannot be locked: {error.strerror or error}") from error
-        raise OutputError(f"{one_line(self.path)}: cannot be locked: it is removed again and again")
-
-    def release(self) -> None:
-        """Let others have it. A file that was made by `take` and got no content is removed."""
-        if not self.is_held:
+        if self.is_held:
             return
-        with suppress(OSError):
-            if self._made and os.fstat(self._file).st_size == 0 and self._is_there():
-                self.path.unlink()
-        os.close(self._file)
-        self._file = -1
-
-    def __del__(self) -> None:
-        self.release()
-
-    def _try(self) -> None:
-        """Lock the file that is there now; not held afterwards if it was removed meanwhile."""
-        self._file, self._made = _opened(self.path)
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            holder = _holder(os.fstat(self._file))
-            self._let_go()
+            self._lock = system.lock(self.path)
+        except BlockingIOError as holder:
             raise HeldError(
                 f"{one_line(self.path)}: another program{holder} has it; end that, or give another file"
             ) from None
-        except OSError:
-            self._let_go()
-            raise
-        if not self._is_there():
-            self._let_go()
+        except OSError as error:
+            raise OutputError(f"{one_line(self.path)}: cannot be locked: {error.strerror or error}") from error
 
-    def _let_go(self) -> None:
-        os.close(self._file)
-        self._file = -1
+    def release(self) -> None:
+        """Let others have it. A file that was made by `take` and got no content is removed."""
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
 
-    def _is_there(self) -> bool:
-        """Whether the path still leads to the file that was opened."""
-        try:
-            return os.path.samestat(os.fstat(self._file), self.path.stat())
-        except FileNotFoundError:
-            return False
-
-
-def _opened(path: Path) -> tuple[int, bool]:
-    """The file, and whether it was made."""
-    try:
-        return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644), True
-    except FileExistsError:
-        pass
-    try:
-        return os.open(path, os.O_RDWR | os.O_CREAT, 0o644), False
-    except OSError as error:
-        if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS):
-            raise
-        return os.open(path, os.O_RDONLY), False  # a file that cannot be written can be locked
-
-
-def _holder(file: os.stat_result) -> str:
-    """The process that has a file, in words; nothing where the system does not tell."""
-    place = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
-    with suppress(OSError):
-        for line in _LOCKS.read_text(encoding="ascii").splitlines():
-            words = line.split()
-            if "FLOCK" in words and place in words and words[4].isdecimal() and int(words[4]) > 0:
-                return f" (process {words[4]})"
-    return ""
+    def __del__(self) -> None:
+        self.release()

@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.expression import Real, Scalar, scalar_symbol
-from ramsight.plant.oil import Oil
+from ramsight.plant.oil import Oil, held_share, torn_capacity
 from ramsight.plant.symbols import Parameters
 
 P = TypeVar("P", bound="Part")
 
 TANK = "tank"
+PRESSURE = "pressure_"
+"""What the names of pressures begin with, among an equation's states; the node's follows."""
 INPUTS = ("motor_speed", "load")
 WARMING = "oil_temperature_rate"
 """Name of the parameter that states how fast the oil warms up [K/s], where its expansion is described."""
@@ -102,6 +104,11 @@ class Closed:
     commands: tuple[str, ...]
 
 
+def is_pressure(state: State) -> bool:
+    """Whether a state of an equation is a node's pressure."""
+    return state.name.rpartition(".")[2].startswith(PRESSURE)
+
+
 class Circuit:
     """Collects what parts add. Everything is made when first named, so the order of parts does not matter."""
 
@@ -175,9 +182,18 @@ class Circuit:
     def pressure(self, node: str) -> Scalar:
         """Absolute pressure of a node [Pa]."""
         if node not in self._pressure:
-            self._pressure[node] = self.state(f"pressure_{node}", "Pa", _PRESSURE_TOLERANCE)
+            state = self.state(f"pressure_{node}", "Pa", _PRESSURE_TOLERANCE)
+            # Oil that is simulated tears (`oil.torn_volume`); a balance is of oil that holds together.
+            self._pressure[node] = state if self._keeps_coefficients else ca.fmax(state, 0.0)
             self._net[node] = self._volume[node] = self._growth[node] = self._wall[node] = 0.0
         return self._pressure[node]
+
+    def oil_share(self, node: str) -> Real:
+        """Share of a node's volume that oil fills [1]; what draws from a torn node draws its vapour as well."""
+        if node == TANK or self._keeps_coefficients:
+            return 1.0
+        self.pressure(node)
+        return held_share(self._states[f"{PRESSURE}{node}"][1])
 
     def flow(self, name: str, source: str, target: str, flow: Real, *, arriving: Real | None = None) -> None:
         """Add a volume flow from one node to another.
@@ -284,7 +300,11 @@ class Circuit:
             capacity = self._volume[node] / modulus + self._wall[node]
             self.output(f"capacity_{node}", "m3/Pa", capacity)
             self.output(f"volume_{node}", "m3", self._volume[node])
-            gained = self._net[node] - self._growth[node]
+            growth = self._growth[node]
+            if not self._keeps_coefficients:
+                state = self._states[f"pressure_{node}"][1]
+                capacity, growth = capacity + torn_capacity(state, self._volume[node]), growth * held_share(state)
+            gained = self._net[node] - growth
             if self._warming is not None:
                 gained = gained + self._warms_up(node)
             self.derivative(f"pressure_{node}", gained / capacity)

@@ -12,6 +12,7 @@ from ramsight.machine.description import Machine, Unit
 from ramsight.machine.tables import table_of
 from ramsight.plant.build import build
 from ramsight.plant.cautions import cautions
+from ramsight.plant.reservoir import check_reservoir
 from ramsight.plant.steady import derive, torque_at_load
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.units import format_si
@@ -28,17 +29,39 @@ def machine_summary(machine: Machine, only: str | None = None) -> RenderableType
 
     Raises:
         UnknownNameError: there is no such unit.
+        DescriptionError: the reservoir of a closed circuit is too small, or its precharge too high.
     """
     names = [only] if only is not None else list(machine.units)
     parts: list[RenderableType] = [Text(machine.title or machine.name, style="bold")]
     for name in names:
         unit = machine.unit(name)
         built = build(unit, name)
+        check_reservoir(built, machine.origin or None)
         parts += [Text(), _facts(unit, built)]
         if unit.load.loads:
             parts += [Text(), _loads(unit, built)]
         parts += [Text(f"look twice: {sentence}", style="yellow") for sentence in cautions(unit, built)]
     return Group(*parts)
+
+
+def unit_figures(machine: Machine, name: str) -> dict[str, object]:
+    """The figures of a unit in the tables, in SI: what follows from its parts, its loads, and what to look at twice.
+
+    Args:
+        machine: the machine.
+        name: of the unit.
+    """
+    unit = machine.unit(name)
+    built = build(unit, name)
+    return {
+        "load_side": unit.load_side,
+        "derived": derive(built),
+        "loads": {
+            load: {"force": force, "point": torque_at_load(built, force, _TEMPERATURE, _SPEED)}
+            for load, force in unit.load.loads.items()
+        },
+        "look_twice": cautions(unit, built),
+    }
 
 
 def _facts(unit: Unit, built: HydraulicUnit) -> Group:

@@ -12,6 +12,7 @@ from ramsight.machine.viscosity import MM2, OFFSET, T40, T100, walther_constants
 
 __all__ = [
     "ATMOSPHERE",
+    "DRY",
     "MINERAL_EXPANSION",
     "T15",
     "T40",
@@ -19,9 +20,12 @@ __all__ = [
     "Oil",
     "aerated_bulk_modulus",
     "free_air",
+    "held_share",
     "kinematic_viscosity",
     "pressure_viscosity_factor",
     "thermal_density",
+    "torn_capacity",
+    "torn_volume",
     "trapped_expansion",
     "walther_constants",
 ]
@@ -30,6 +34,8 @@ T15 = 288.15  # K, the temperature at which they give density
 ATMOSPHERE = 101325.0
 """Pressure of the standard atmosphere [Pa], ISO 2533."""
 _STEEL = 3.0 * 11.7e-6  # 1/K, thermal expansion of a steel barrel's volume; DIN EN 10088 and its kind, 20 to 100 degC
+DRY = -1e7
+"""State of a node's pressure without any oil [Pa]: far, beside the 10 Pa that a step may be off by."""
 _FLOOR = 2e3  # Pa; about the pressure at which an oil gives off vapour and air, [G]
 
 
@@ -136,6 +142,34 @@ def pressure_viscosity_factor(pressure: Real, coefficient: Real) -> Scalar:
         1.4
     """
     return ca.exp(coefficient * pressure)
+
+
+def torn_volume(state: Real, volume: Real) -> Scalar:
+    """Volume of vapour and air in a node whose oil tears [m3]: -V s/s_0 where its pressure's state s is below 0.
+
+    Oil does not pull. Where more of it leaves than comes in, its pressure stays that of its vapour, less than 1 Pa at
+    20 degC ([M] safety data sheets of mineral hydraulic oils), for which 0 is taken; the state goes on below 0 and
+    counts the volume that opens. At s_0 below 0 (`DRY`) the node has no oil left.
+
+    Args:
+        state: of the node's pressure [Pa]; the pressure is what of it is above 0.
+        volume: V, of the node [m3].
+
+    Example:
+        >>> [float(torn_volume(s, 1e-3)) for s in (1e5, 0.0, 0.5 * DRY, DRY)]
+        [0.0, 0.0, 0.0005, 0.001]
+    """
+    return volume * (1.0 - held_share(state))
+
+
+def torn_capacity(state: Real, volume: Real) -> Scalar:
+    """What a node gives by it, -d`torn_volume`/ds [m3/Pa]; arguments as there."""
+    return ca.if_else(state < 0.0, volume / -DRY, 0.0)
+
+
+def held_share(state: Real) -> Scalar:
+    """Share of a node's volume that oil fills [1]; of the state of its pressure [Pa]."""
+    return ca.if_else(state < 0.0, 1.0 - state / DRY, 1.0)
 
 
 @dataclass(frozen=True)

@@ -274,6 +274,9 @@ class Pump:
             filled = self.filled(speed * swivel, inlet, outlet, circuit.coefficient)
             displacement = displacement * filled
             circuit.output(f"{self.name}.filled", "1", filled)
+        shares = circuit.oil_share(self.inlet), circuit.oil_share(self.outlet)
+        if not all(isinstance(share, float) for share in shares):
+            displacement = displacement * ca.if_else(speed > 0.0, *shares)
         if self.belt_loss is None and self.belt_creep is None:
             circuit.shaft_torque(self.belt * (displacement * rise + friction))
         else:

@@ -101,9 +101,9 @@ class Recorder:
                 write_log(log, folder / f"log{suffix}")
             truth = {key: np.array(column) for key, column in self._truth.items()}
             write_table(truth, folder / "truth.csv")
-            (folder / "machine.toml").write_text(toml, encoding="utf-8")
+            (folder / "machine.toml").write_text(toml, encoding="utf-8", newline="\n")
             start = float(np.interp(columns["time"][0], truth["time_s"], truth["position_m"]))
-            (folder / "README.txt").write_text(_readme(name, start), encoding="utf-8")
+            (folder / "README.txt").write_text(_readme(name, start), encoding="utf-8", newline="\n")
             with atomic_path(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
                 for one in sorted(folder.iterdir()):
                     archive.write(one, one.name)

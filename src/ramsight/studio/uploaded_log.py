@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
 from collections.abc import Callable, Iterator
@@ -86,7 +87,7 @@ class Asked:
         if not self.map_toml:
             return None
         file = self.folder / "channels.toml"
-        file.write_text(self.map_toml, encoding="utf-8")
+        file.write_text(self.map_toml, encoding="utf-8", newline="\n")
         return file
 
 
@@ -166,7 +167,7 @@ def judge(say: Say, asked: Asked) -> None:
         mapped = standard_map([]) if channel_map is None else load_map(channel_map)
         done = commission(asked.machine, asked.file, _truth(asked), unit=asked.unit, channel_map=channel_map)
         page = report_of(done, asked.machine, asked.unit, asked.file, asked.truth, mapped)
-        (asked.folder / REPORT).write_text(page, encoding="utf-8")
+        (asked.folder / REPORT).write_text(page, encoding="utf-8", newline="\n")
         tell("report", done.text)
 
 
@@ -261,8 +262,8 @@ def _answering(folder: Path, say: Say) -> Iterator[Say]:
     """
 
     def plain(text: object) -> str:
-        words = str(text).replace(f"{folder}/", "")
-        return re.sub(rf"{re.escape(str(folder.parent))}/(?:[\w-]+/)?", "", words)
+        words = str(text).replace(f"{folder}{os.sep}", "")
+        return re.sub(rf"{re.escape(str(folder.parent))}[\\/](?:[\w-]+[\\/])?", "", words)
 
     def tell(what: str, value: Any) -> None:
         if isinstance(value, str):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -231,7 +232,7 @@ class _Clock:
                 self.rig.recorders[unit].save(path, unit, toml)
                 return path.read_bytes()
         except RamsightError as error:
-            return str(error).replace(f"{folder}/", "")
+            return str(error).replace(f"{folder}{os.sep}", "")
         except OSError as error:  # its text names a folder of the server
             return f"{unit}: the run cannot be saved: {error.strerror or 'no file can be written'}"
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,7 @@ class Pieces:
         mistake: what is most likely wrong with the log, in a line; empty where it fits the machine.
         is_contradicted: whether that is sure, so that the track is invalid, and no state of the sensor is kept.
         has_position: whether any sample has a position.
+        figures: of the summary, by name.
     """
 
     summary: str
@@ -42,6 +44,7 @@ class Pieces:
     mistake: str = ""
     is_contradicted: bool = False
     has_position: bool = True
+    figures: Mapping[str, Any] = field(default_factory=dict)
 
 
 _TRACK = ("position", "position_std", "status")
@@ -115,7 +118,8 @@ def track_pieces(
                 log.append(piece)
     lines = [tally.text, f"  {gaps.text}" if gaps.count else "", "" if available is None else available.text]
     summary = "\n".join(filter(None, lines))
-    return Pieces(summary, track.whole(), log.whole(), has_position=tally.has_position)
+    figures = {**tally.figures, "available": None if available is None else available.share}
+    return Pieces(summary, track.whole(), log.whole(), has_position=tally.has_position, figures=figures)
 
 
 class _Kept:
@@ -172,6 +176,20 @@ class Tally:
         for code, count in zip(*np.unique(tracked["status"].values, return_counts=True), strict=True):
             self._counts[int(code)] = self._counts.get(int(code), 0) + int(count)
         self._faults.append(tracked)
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """Sensor, samples, time that passed [s], positions [m], and the share of the samples with each status [1]."""
+        shares = {Status(code).name.lower(): n / self._samples for code, n in sorted(self._counts.items())}
+        first, last = (self._position[0], self._position[-1]) if self._position else (math.nan, math.nan)
+        return {
+            "sensor": self._sensor,
+            "samples": self._samples,
+            "duration": self._passed.seconds,
+            "position_first": first,
+            "position_last": last,
+            "status": shares,
+        }
 
     @property
     def text(self) -> str:

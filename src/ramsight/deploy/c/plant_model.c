@@ -10,6 +10,7 @@ ${functions}
 
 const char *const causality = "${causality}";
 static const double tolerances[N] = {${tolerances}};
+static const char is_pressure[N] = {${pressures}}; /* a state of one counts vapour below 0 */
 static const int shown[] = {${shown}};
 
 void model_start(Model *m) {
@@ -21,7 +22,10 @@ void model_unknown(Model *m) { (void)m; }
 static void say(Model *m, const double *u, const double *slope) {
   double y[NY];
   outputs(m->memory.x, u, slope, m->memory.q, y);
-  for (int k = 0; k < N; k++) m->real[FIRST_STATE + k] = m->memory.x[k];
+  for (int k = 0; k < N; k++) {
+    const double x = m->memory.x[k];
+    m->real[FIRST_STATE + k] = is_pressure[k] && x < 0.0 ? 0.0 : x;
+  }
   for (size_t k = 0; k < sizeof shown / sizeof shown[0]; k++) m->real[FIRST_OUTPUT + k] = y[shown[k]];
 ${reached}}
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -15,6 +14,7 @@ from ramsight.deploy.encoder.frame import EXTENDED, Frame
 from ramsight.deploy.encoder.j1939 import Broadcasting
 from ramsight.errors import RamsightError
 from ramsight.optional import needing
+from ramsight.system import forward
 
 with needing("can"):
     import can
@@ -25,13 +25,7 @@ class BusError(RamsightError):
 
 
 _LONGEST_WAIT = 0.1  # s; so that a wish to stop is noticed
-_RUNS_ASLEEP = hasattr(time, "CLOCK_BOOTTIME")  # Linux
 _AFTER_ERROR = 0.05  # s; a bus that is off is not asked without pause
-
-
-def forward() -> float:
-    """A clock that only runs forward, and while the computer sleeps as well where there is one [s]."""
-    return time.clock_gettime(time.CLOCK_BOOTTIME) if _RUNS_ASLEEP else time.monotonic()
 
 
 def serve(

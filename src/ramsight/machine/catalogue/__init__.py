@@ -17,6 +17,7 @@ from ramsight.bounded_toml import LARGEST, TomlError
 from ramsight.bounded_toml import loads as loads_toml
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine.spread import halves, has_spread
+from ramsight.system import config_home
 
 __all__ = ["Entry", "circuit", "entries", "filled", "find", "has", "own_files", "own_folder", "read", "read_entry"]
 
@@ -79,7 +80,7 @@ def own_folder() -> Path:
         if not Path(named).is_dir():
             raise DescriptionError("is no folder", key=VARIABLE, value=named)
         return Path(named)
-    return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "ramsight" / "catalog"
+    return config_home() / "catalog"
 
 
 def own_files() -> tuple[Path, ...]:

@@ -8,7 +8,6 @@ at; they go to others.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
@@ -22,6 +21,7 @@ from ramsight.study.datasheet.needs import needs
 from ramsight.study.datasheet.store import Layout, Store, write_apart
 from ramsight.study.datasheet.studied_duties import Work
 from ramsight.study.datasheet.study_plan import Plan
+from ramsight.system import processors
 
 _AHEAD = 3  # tasks for each thread of the cluster: one that runs, the others on their way
 _RETRIES = 3  # of a task whose worker was lost
@@ -49,7 +49,7 @@ def cluster(address: str, workers: int | None = None) -> Iterator[Any]:
     here = None
     try:
         if address == "local":
-            count = workers or len(os.sched_getaffinity(0))
+            count = workers or processors()
             with _memory_kept():
                 here = distributed.LocalCluster(
                     n_workers=count,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ramsight.study.datasheet.machine_tasks import work_through
 from ramsight.study.datasheet.store import Store
 from ramsight.study.datasheet.study_plan import Plan
+from ramsight.system import processors
 
 if TYPE_CHECKING:
     import xarray
@@ -47,7 +47,7 @@ def run(
 
         run_on(client, plan, store, advance)
     else:
-        _on_threads(plan, store, threads or len(os.sched_getaffinity(0)), advance)
+        _on_threads(plan, store, threads or processors(), advance)
     return store.dataset(plan.count)
 
 

@@ -196,9 +196,13 @@ class Sheet:
         Args:
             more: further entries.
         """
-        content: dict[str, Any] = {
-            "format": 1,
-            "kind": "data sheet",
+        content = {"format": 1, "kind": "data sheet", **self.numbers, **(more or {})}
+        return json.dumps(_finite(content), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """All of it by name, in SI."""
+        return {
             "unit": self.plan.unit,
             "sensor": self.plan.sensor,
             "duty": asdict(self.plan.work),
@@ -217,9 +221,7 @@ class Sheet:
             "worst": [asdict(one) for one in self.worst],
             "recorded": list(self.recorded),
             "budget": None if self.budget is None else _budget(self.budget),
-            **(more or {}),
         }
-        return json.dumps(_finite(content), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
     def to_toml(self) -> str:
         """What was assumed: every quantity that varied, with its tolerance and where that comes from."""

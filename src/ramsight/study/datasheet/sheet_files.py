@@ -36,4 +36,4 @@ def write_sheet(
     numbers = {} if judged is None else {"requirement": judged.numbers}
     with whole_folder(out, last=FILES[0]) as draft:
         for name, text in zip(FILES, (page, sheet.to_json(numbers), sheet.to_toml()), strict=True):
-            (draft / name).write_text(text, encoding="utf-8")
+            (draft / name).write_text(text, encoding="utf-8", newline="\n")
