@@ -435,6 +435,8 @@ def test_a_wrong_start_is_said_to_be_uncertain_or_is_corrected(off):
     assert (error <= 1.96 * track["position_std"].values).mean() > 0.93
     assert abs(float(track["position"][0]) - start) < 2.0 * float(track["position_std"][0])
     live = np.abs(track["live_position"].values - track["true_position"].values)
+    assert track.attrs["live_error_largest"] == pytest.approx(np.nanmax(live), rel=0.3)
+    assert track.attrs["error_p95"] < track.attrs["live_error_p95"]
     assert np.sqrt(np.nanmean(error**2)) < 0.6 * np.sqrt(np.nanmean(live**2))
 
 
@@ -462,7 +464,11 @@ def test_the_command_writes_both(tmp_path):
     assert row["live_status"] == "not referenced"
     assert "nis" in row
     assert figure.stat().st_size > 10_000
-    assert at_once(*asked).returncode == 0
+    truth = TRACES / "unknown" / "bucket_hot_truth.csv.gz"
+    judged = at_once(*asked, "--truth", truth)
+    assert judged.returncode == 0
+    assert judged.stdout.count("error against the truth") == 2
+    assert "live sensor: error against the truth" in judged.stdout
     assert "live_position_m" not in out.read_text().splitlines()[0]
     refused = at_once(*asked[:5], "--both")
     assert refused.returncode == 2

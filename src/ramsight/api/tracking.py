@@ -132,7 +132,7 @@ def track(
         limit, the attributes `available`, the share of the samples whose bound is within it, `alerts`, how often it was
         not for longer than the time to alert, and `longest_alert` [s]. In hindsight also what the live sensor said,
         `live_position`, `live_position_std` and so on, and `nis`, the normalised innovation squared of each measurement
-        of the place [1].
+        of the place [1]; with a truth the attributes `live_error_largest` and `live_error_p95` [m].
 
     Raises:
         DescriptionError: a quantity cannot be read or is outside the stroke; names argument, value and range. Or

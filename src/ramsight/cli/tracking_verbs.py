@@ -160,7 +160,7 @@ def track(
     from ramsight.machine import load_machine
     from ramsight.plant.build import build
     from ramsight.tracking.availability import TIME_TO_ALERT
-    from ramsight.tracking.compared_track import error_text, errors_of
+    from ramsight.tracking.compared_track import error_text, errors_of, live_of
     from ramsight.tracking.figures import tracked_figure, verbatim
     from ramsight.tracking.true_position import known_position
 
@@ -209,6 +209,10 @@ def track(
             errors = errors_of(done.track, true)
             give(errors=errors)
             say_lines(error_text(errors, len(done.track)))
+            if (live := live_of(done.track)) is not None:
+                found = errors_of(live, true)
+                give(live_errors=found)
+                say_lines(f"live sensor: {error_text(found, len(live))}")
         check = None if asked is None else achieved(done, true, asked, built)
         if check is not None:
             give(requirement={**plain(check), "is_met": check.is_met, "missing": check.missing})

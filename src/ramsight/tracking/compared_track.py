@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.sensor.status import is_invalid
+from ramsight.sensor.virtual_sensor import LIVE
 from ramsight.signals import Samples, Signal, Signals
 from ramsight.tracking.position_errors import PositionErrors, TrackErrors, track_errors
 
@@ -32,6 +33,8 @@ def judged(tracked: xarray.Dataset, truth: Samples) -> xarray.Dataset:
         figures = (found.usable.largest, found.usable.p95, found.usable.final, found.usable.samples)
     names = ("error_largest", "error_p95", "error_final", "error_samples")
     result.attrs |= dict(zip(names, figures, strict=True))
+    if (live := live_of(tracked)) is not None and (usable := errors_of(live, truth).usable) is not None:
+        result.attrs |= {f"{LIVE}error_largest": usable.largest, f"{LIVE}error_p95": usable.p95}
     result.attrs |= {"invalid_samples": found.invalid, "invalid_largest": found.invalid_largest}
     return result
 
@@ -63,6 +66,15 @@ def errors_of(tracked: Samples, truth: Samples) -> TrackErrors:
     invalid = is_invalid(tracked["status"].values)
     time, position = tracked["time"].values, tracked["position"].values
     return track_errors(time, position, invalid, truth["time"].values, truth["position"].values)
+
+
+def live_of(tracked: Samples) -> Signals | None:
+    """What the live sensor said of a log that was looked back at; None of any other track."""
+    names = ("position", "status")
+    if any(f"{LIVE}{name}" not in tracked for name in names):
+        return None
+    columns = {name: Signal(tracked[f"{LIVE}{name}"].values, {}) for name in names}
+    return Signals({"time": Signal(tracked["time"].values, {}), **columns})
 
 
 def error_text(found: TrackErrors, samples: int) -> str:
