@@ -58,7 +58,7 @@ class Compared:
 
     @property
     def figures(self) -> dict[str, Any]:
-        """The comparison in numbers: samples, the share of them with each verdict [1], alerts [s] and drift."""
+        """Samples, the share of them with each verdict [1], alerts [s] and drift, by name."""
         said = self.track["verdict"].values
         return {
             "samples": len(said),
