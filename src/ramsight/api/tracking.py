@@ -15,8 +15,6 @@ from ramsight.api.live_sensor import Sensor
 from ramsight.argument_kinds import by_kind
 from ramsight.calibration.sensors import sensor_for as make_sensor
 from ramsight.errors import DescriptionError, LogWarning
-from ramsight.hindsight.looking_back import looked_back, ways_of
-from ramsight.hindsight.trace import Tracer
 from ramsight.logs.channel_map import AnyMap, known_map
 from ramsight.logs.data_frame import is_data_frame
 from ramsight.logs.opening import open_signals
@@ -322,6 +320,7 @@ def _ways(virtual: VirtualSensor, *, hindsight: bool) -> float:
     """How often a log is gone through at most."""
     if not hindsight:
         return 1.0
+    from ramsight.hindsight.looking_back import ways_of
 
     return 1.0 + ways_of(virtual.state)
 
@@ -334,6 +333,9 @@ def _looked_back(
     advance: Callable[[float], object] | None,
 ) -> LookedBack:
     """All of a log, looked back at; the sensor goes on from its end."""
+    from ramsight.hindsight.looking_back import looked_back
+    from ramsight.hindsight.trace import Tracer
+
     back = looked_back(Tracer.of(unit), pieces, virtual.state, names=names, advance=advance)
     virtual.state = back.state
     return back
