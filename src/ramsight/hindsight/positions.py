@@ -121,15 +121,14 @@ def said_of(positions: Positions, aside: Mapping[str, Array], unit: HydraulicUni
     """
     stroke, k = float(unit.cylinder.stroke), len(positions.log_weight)
     shown = np.clip(positions.likeliest, 0.0, stroke)
-    function, parts = _function(k, stroke, unit.assumptions.integrity), []
+    function, found = _function(k, stroke, unit.assumptions.integrity), np.empty((len(_SAID), len(shown)))
     for first in range(0, len(shown), _AT_ONCE):
         span = slice(first, first + _AT_ONCE)
         places = (positions.position[span] - shown[span, None]).T
         variances, count = np.minimum(positions.variance[span], stroke**2).T, places.shape[1]
         weights = np.repeat(positions.log_weight, count).reshape(-1, count)
         beside = np.stack([aside[name][span] for name in _BESIDE])
-        parts.append(np.asarray(function(places, variances, weights, shown[None, span], beside)))
-    found = np.concatenate(parts, axis=1)
+        found[:, span] = function(places, variances, weights, shown[None, span], beside)
     said = dict(zip(_SAID, found, strict=True))
     off = aside["astray"]
     return {
