@@ -56,7 +56,7 @@ def _row(unit: str, kind: str, name: str) -> str:
 _PAGES = ("status.md", "messages.md")
 _PACKAGED = Path(__file__).parent  # where a wheel has them
 _IN_TREE = Path(__file__).parents[3] / "docs" / "reference"
-_ENTRY = re.compile(r"^### (?P<words>[^\n]+)\n\n(?P<meaning>.+?)\n\n(?P<rest>.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
+_ENTRY = re.compile(r"^### (?P<words>[^\n]+)\n\n(?P<meaning>.+?)\n\n(?P<rest>.*?)(?=^#|\Z)", re.MULTILINE | re.DOTALL)
 _CODE = re.compile(r"^`[A-Z_]+`, [0-9]+\. ")
 _BULLET = re.compile(r"^- \*\*(.+?):\*\* (.+?)(?=^- |\Z)", re.MULTILINE | re.DOTALL)
 _TABLES = ("Verdicts of compare", "Words of the studio")
