@@ -133,7 +133,7 @@ def test_an_end_stop_is_marked_once_until_the_piston_has_left_it():
     marks = Marks({"ram": 0.4})
     for time, place in enumerate([0.1, 0.0, 0.0, 0.004, 0.0, 0.006, 0.0, 0.2, 0.3999995, 0.4]):
         marks.moved(float(time), "ram", place)
-    assert marks.taken() == [(1.0, "end stop"), (6.0, "end stop"), (8.0, "end stop")]
+    assert marks.taken() == [(time, "end stop", "ram") for time in (1.0, 6.0, 8.0)]
     assert marks.taken() == []
 
 
@@ -144,5 +144,6 @@ def test_faults_and_references_are_marked_when_they_change():
     rig.refer("ram", 0.02)
     rig.fault("torque", on=False)
     rig.refer("ram")
-    words = [what for _, what in rig.marks.taken()]
-    assert words == ["torque frozen", "wrong reference", "torque frozen: over", "reference"]
+    words = [(what, unit) for _, what, unit in rig.marks.taken()]
+    frozen, over = ("torque frozen", ""), ("torque frozen: over", "")
+    assert words == [frozen, ("wrong reference", "ram"), over, ("reference", "ram")]

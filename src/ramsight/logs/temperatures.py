@@ -17,7 +17,7 @@ _OIL = {
 }
 _TEMPERATURE = {
     "English, German, French, Italian": "temp",
-    "symbols": r"[^a-zäöü]t$|_t_|^t[^a-zäöü]|theta|ϑ",
+    "symbols": r"[^a-zäöü]t$|(^|[^a-zäöü])t[^a-zäöü]|theta|ϑ",
 }
 _TANK = "tank|reservoir|réservoir|serbatoio|depósito|behälter|behaelter|sump|ölsumpf"
 _OTHERS = (
@@ -32,7 +32,7 @@ _UNITS = {
 _OIL_NAME = re.compile("|".join(_OIL.values()))
 _OIL_TEMPERATURE = re.compile(
     rf"({'|'.join(_OIL.values())}|{_TANK}).*({'|'.join(_TEMPERATURE.values())})"
-    rf"|(temp|^t[^a-zäöü]).*({'|'.join(_OIL.values())}|{_TANK})"
+    rf"|(temp|(^|[^a-zäöü])t[^a-zäöü]).*({'|'.join(_OIL.values())}|{_TANK})"
 )
 _ANY_TEMPERATURE = re.compile(r"temp")
 _OTHER_NAME = re.compile(_OTHERS)
@@ -42,7 +42,7 @@ def temperature_score(name: str) -> int:
     """How well a name fits the oil's temperature: 4 for one that says oil or tank, 2 for any temperature, 0 for none.
 
     Example:
-        >>> [temperature_score(name) for name in ("T_oil", "Öltemp", "Temp", "Motor temperature", "Torque")]
+        >>> [temperature_score(name) for name in ("Hyd.T_oil", "Öltemp", "Temp", "Motor temperature", "Torque")]
         [4, 4, 2, 0, 0]
     """
     small = re.sub(r"\s*[\[(].*", "", unicodedata.normalize("NFC", name).lower())

@@ -11,7 +11,6 @@ from typing import Any
 
 from nicegui import background_tasks, ui
 
-from ramsight.machine.description import Machine
 from ramsight.studio.controls import Controls
 from ramsight.studio.prepared import Prepared
 from ramsight.studio.scene import VIEWS, MachineScene
@@ -27,6 +26,7 @@ _STANDS = f"the machine's process has said nothing for {STANDS:g} s: what is sho
 _PAUSE = 0.01  # s between two looks at what has come
 _BEGINS = 30.0  # s that a page may take to begin, and then to lay out the machine in space
 _ANSWERS = 5.0  # s that a page may take for a frame
+_BEAT = 1.0  # s, from one word that the server is there to the next
 _SCENE = 3  # every how many frames the machine in space is moved
 _MAGNIFIED = 100  # times, at most, that an error is shown as large as it is
 _SCALE = '<div class="scale"><span>0 bar</span><i></i><span><b id="highest-pressure">–</b> bar</span></div>'
@@ -36,23 +36,28 @@ _HIGHEST = 250.0  # bar, that the circuit's warmest colour stands for where no r
 _STORY, _CONTROLS = "scenarios", "controls"
 
 
-def live_page(prepared: Prepared, session: Session, setting: Setting, *, can_link: bool = True) -> None:
+def live_page(
+    prepared: Prepared, session: Session, setting: Setting, laid_out: Callable[[], object], *, can_link: bool = True
+) -> None:
     """Build the page for one visitor.
 
     Args:
         prepared: the machine.
         session: the process in which it runs for him.
         setting: in which it begins; if no scenario plays it stands, with its controls.
+        laid_out: is called once the page and its machine in space are there.
         can_link: whether a link leads to this machine: one that is described in this page alone has none.
     """
     described, units = prepared.described, list(prepared.circuits)
     signs = {name: float(described.unit(name).lift_sign) for name in units}
-    client, shown = ui.context.client, setting.unit or units[0]
+    client, shown, name = ui.context.client, setting.unit or units[0], catalogue_name(described)
+    ui.element("p").props("id=reloaded role=status")
+    ui.timer(_BEAT, lambda: ui.run_javascript("studio.beat()"))
     status_bar(units)
     with ui.element("div").classes("studio"):
         with ui.column().classes("gap-3 min-w-0 first"):
             story, controls, latest = _first_column(session, units, signs, setting)
-            _link(described, latest, can_link=can_link)
+            _link(name, latest, can_link=can_link)
         with ui.column().classes("gap-3 min-w-0 seen"):
             space, magnified = _machine(lambda view: looks[0](view) if looks else None)
             _circuits(prepared.circuits, shown)
@@ -70,16 +75,23 @@ def live_page(prepared: Prepared, session: Session, setting: Setting, *, can_lin
         return made
 
     begun = 0
+    address = "" if can_link else None  # what nobody has changed is there as it came; another machine is not
 
     def show(frame: Frame) -> None:
-        nonlocal begun
+        nonlocal begun, address
         latest[:] = [frame]
+        now = _query(frame, name)
+        if address not in ("", now):
+            ui.run_javascript(f"studio.address({json.dumps(now)})")
+        address = now
         gone_on, again, begun = story.show(frame.telling), frame.begun != begun, frame.begun
         if gone_on or again:  # a scene has set something
             controls.follow(frame.settings, levers=again)
 
     view = f"studio.show({json.dumps(shown)}); studio.strips({json.dumps(setting.strips)})"
-    background_tasks.create(_follow(session, client, scene, prepared, show, view))
+    background_tasks.create(_follow(session, client, scene, prepared, show, view, laid_out))
+    lost = None if can_link or name is not None else described.title or described.name
+    ui.run_javascript(f"studio.holds('machine', {json.dumps(lost)})")
 
 
 def _first_column(
@@ -111,17 +123,20 @@ def _first_column(
     return story, controls, []
 
 
-def _link(described: Machine, latest: list[Frame], *, can_link: bool) -> None:
+def _query(frame: Frame, name: str | None) -> str:
+    """The query of a link to a machine as a frame says that it is set; its name in the catalogue, if it has one."""
+    telling = frame.telling
+    return query_of(frame.settings, None if telling is None or telling["over"] else telling["name"], name)
+
+
+def _link(name: str | None, latest: list[Frame], *, can_link: bool) -> None:
     """A button that makes a link to the machine as it is set."""
-    name = catalogue_name(described)
 
     def make() -> None:
         if name is None and not can_link:
             ui.notify("This description is in this page alone: a link has no room for it. Download its TOML file.")
         elif latest:
-            telling = latest[0].telling
-            playing = None if telling is None or telling["over"] else telling["name"]
-            ui.run_javascript(f"studio.link({json.dumps(query_of(latest[0].settings, playing, name))})")
+            ui.run_javascript(f"studio.link({json.dumps(_query(latest[0], name))})")
 
     with ui.element("section").classes("panel"):
         button = ui.button("make a link to this setting", on_click=make, color=None)
@@ -196,6 +211,7 @@ async def _follow(
     prepared: Prepared,
     show: Callable[[Frame], None],
     view: str,
+    laid_out: Callable[[], object],
 ) -> None:
     """Hand the page what comes of its machine, no faster than the page takes it.
 
@@ -206,6 +222,8 @@ async def _follow(
         space = await _begun(client, scene, prepared, view)
     except TimeoutError:  # the browser has gone, or runs no script
         return
+    with client:
+        laid_out()
     seen, stood = 0, False
     while not client.is_deleted and not session.over:
         frames = session.frames()
@@ -226,7 +244,9 @@ async def _follow(
         with client:
             show(frame)
             if seen % _SCENE == 0:
-                space.show(_positions(frame, "position", units), _positions(frame, "kalman", units), frame.load)
+                known = all(frame.columns[name].get("kalman", [None])[-1] is not None for name in units)
+                true, estimated = (_positions(frame, column, units) for column in ("position", "kalman"))
+                space.show(true, estimated, frame.load, known=known)
 
 
 async def _begun(client: Any, scene: Callable[[], MachineScene], prepared: Prepared, view: str) -> MachineScene:

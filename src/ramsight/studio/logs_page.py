@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from ramsight.studio.uploaded_log import (
     find_factors,
     find_leak,
     judge,
+    look_at_truth,
     propose,
     track,
 )
@@ -52,8 +54,11 @@ class _LogsPage:
         self.files: dict[str, Path] = {}
         self.asked: Asked | None = None
         self.job: Job | None = None
+        self.looks = ""  # the file that is looked through now
+        self.waiting: list[Callable[[], Awaitable[None]]] = []  # what is done once it was
         self.columns: dict[str, Array] = {}
         self.references: list[dict[str, Any]] = []
+        self.named: dict[str, ui.label] = {}
         self.client, self.shared = ui.context.client, Shared()
         visit.on_end(self.shared.end)
         visit.on_end(lambda: None if self.job is None else self.job.stop())
@@ -118,7 +123,6 @@ class _LogsPage:
     def _upload(self, role: str, words: str) -> None:
         async def take(event: Any) -> None:
             await self._take(role, event)
-            named.set_text(f"{role}: {self.files[role].name}")
             place.reset()  # so that another file can be dropped at once
 
         async def remove() -> None:
@@ -132,7 +136,7 @@ class _LogsPage:
                 label=words, on_upload=take, auto_upload=True, max_file_size=_LARGEST,
                 on_rejected=lambda: self._say(f"refused: a file of at most {_LARGEST // 2**20} MiB"),
             ).props(f"id=upload-{role} flat bordered").classes("w-full")  # fmt: skip
-            named = ui.label(f"{role}: none").classes("text-sm")
+            named = self.named[role] = ui.label(f"{role}: none").classes("text-sm")
             if role == "truth":
                 ui.button("remove the true position", on_click=remove, color=None).props(
                     "dense no-caps unelevated"
@@ -146,19 +150,30 @@ class _LogsPage:
         file = place / name
         await event.file.save(file)
         self.files[role] = file
-        await self._stop()
-        self._forget()
+        self.named[role].set_text(f"{role}: {name}")
         if role == "log":
+            self.client.run_javascript(f"studio.holds('log', {json.dumps(name)})")
+            await self._stop()
             self.channels.clear()
             self.map.set_value("")
             self.choosing.set_visibility(False)
-            await self._propose(name)
-        else:
-            self._say(f"{name}: taken as the true position")
+        await self._after_look(partial(self._look_through, role))
 
-    async def _propose(self, name: str) -> None:
-        self._say(f"{name}: looked through …")
-        await self._work(propose, str(self.files["log"]))
+    async def _after_look(self, do: Callable[[], Awaitable[None]]) -> None:
+        """Do something, once no file is looked through any more."""
+        if self.looks:
+            self.waiting.append(do)
+        else:
+            await do()
+
+    async def _look_through(self, role: str) -> None:
+        if role not in self.files:  # taken away meanwhile
+            return
+        file = self.files[role]
+        self._forget()
+        self._say(f"{file.name}: looked through …")
+        await self._work(propose if role == "log" else look_at_truth, str(file))
+        self.looks = role
 
     def _proposed(self, found: dict[str, Any]) -> None:
         self._say(f"{self.files['log'].name}: {len(found['channels'])} channels")
@@ -190,7 +205,8 @@ class _LogsPage:
 
     async def _stop(self) -> None:
         """Stop whatever is still going on; what it has said and nobody has heard is dropped."""
-        job, self.job = self.job, None
+        job, self.job, self.looks = self.job, None, ""
+        self.waiting.clear()
         if job is not None:
             await run.io_bound(job.stop)
 
@@ -203,6 +219,10 @@ class _LogsPage:
         """Have a log worked on."""
         if "log" not in self.files:
             self._say("drop a log first")
+            return
+        if self.looks:
+            self._say(f"{self.files[self.looks].name}: looked through …, then worked on")
+            self.waiting.append(partial(self._begin, work))
             return
         truth = self.files.get("truth")
         asked = self.asked = Asked(
@@ -227,16 +247,27 @@ class _LogsPage:
         for what, value in job.news():
             await self._take_news(what, value)
         if not job.alive and self.job is job:
-            self.job = None
+            self.job, self.looks = None, ""
+            waiting, self.waiting = self.waiting, []
+            for do in waiting:
+                await self._after_look(do)
 
     async def _take_news(self, what: str, value: Any) -> None:
         if what == "progress":
             self.bar.set_value(value)
         elif what == "error":
             self._say(value)
+            if self.looks:
+                self.waiting.clear()
+            if self.looks == "truth":
+                self.files.pop("truth", None)
+                self.named["truth"].set_text("truth: none")
             self.judged.set_content("")
         elif what == "warnings" and value:
             self._say("\n".join([self.said.text, *value]))
+        elif what == "truth":
+            self.files["truth"] = self.files["truth"].with_name(value["file"])
+            self._say(value["said"])
         elif what == "proposed":
             self._proposed(value)
         elif what == "tracked":

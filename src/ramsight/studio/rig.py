@@ -243,7 +243,7 @@ class Rig:
     def refer(self, unit: str, off: float = 0.0) -> None:
         """Tell the sensors of a unit its true position at the next sample, as a switch would, off by this much [m]."""
         self._references[unit] = off
-        self.marks.add(self._plant.now.time, "reference" if off == 0.0 else "wrong reference")
+        self.marks.add(self._plant.now.time, "reference" if off == 0.0 else "wrong reference", unit)
 
     def fault(self, name: str, *, on: bool) -> None:
         """Switch a fault of `FAULTS` on or off."""

@@ -29,6 +29,7 @@ class Running:
         place: of the visitor, with the session that is ended when he goes.
         naming: is passed the machine's name whenever another one runs.
         setting: in which it begins.
+        laid_out: is called once the page of the first machine is there.
     """
 
     def __init__(
@@ -39,9 +40,10 @@ class Running:
         place: Place,
         naming: Callable[[str], object],
         setting: Setting,
+        laid_out: Callable[[], object],
     ) -> None:
         self._panel, self._place, self._naming = panel, place, naming
-        self._show(prepared, session, setting)
+        self._show(prepared, session, setting, laid_out)
 
     async def another(self, machine: Machine) -> Problem | None:
         """Let another machine run; the one before runs until that one is ready, and goes on if it cannot.
@@ -74,13 +76,20 @@ class Running:
         if before is not None:
             await run.io_bound(before.close)
         self._panel.clear()
-        self._show(
-            prepared, session, Setting(scenario=None), can_link=False
-        )  # whoever has described a machine moves it himself
+        # whoever has described a machine moves it himself
+        self._show(prepared, session, Setting(scenario=None), can_link=False)
         return None
 
-    def _show(self, prepared: Prepared, session: Session, setting: Setting, *, can_link: bool = True) -> None:
+    def _show(
+        self,
+        prepared: Prepared,
+        session: Session,
+        setting: Setting,
+        laid_out: Callable[[], object] = lambda: None,
+        *,
+        can_link: bool = True,
+    ) -> None:
         described = prepared.described
         self._naming(described.title or described.name)
         with self._panel:
-            live_page(prepared, session, setting, can_link=can_link)
+            live_page(prepared, session, setting, laid_out, can_link=can_link)

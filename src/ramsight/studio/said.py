@@ -13,6 +13,8 @@ UNCHECKED, SILENT = "unchecked", "no report"
 """Words for a sensor that cannot know how wrong it is, and for one that has reported nothing."""
 LEVELS = (*VALIDITIES, UNCHECKED, SILENT)
 """What a status may be coloured as."""
+LETTERS = dict(zip(LEVELS, "OUNX?–", strict=True))
+"""What stands for it where there is no room for words."""
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,7 @@ class MachineScene:
     def __init__(self, machine: Machine, linked: LinkedMachine | None) -> None:
         self._linked, self._times = linked, 1.0
         self._shown: list[float] | None = None
+        self._known = True
         bodies = () if machine.linkage is None else machine.linkage.bodies.values()
         self._drives = all(body.kind == "turning" for body in bodies)  # a mast stands, a boom is driven about
         self._stroke = next(iter(machine.units.values())).cylinder.stroke
@@ -71,14 +72,21 @@ class MachineScene:
         """Show the sensor's errors so many times as large."""
         self._times = times
 
-    def show(self, true: Mapping[str, float], estimated: Mapping[str, float], payload: float = 0.0) -> None:
+    def show(
+        self, true: Mapping[str, float], estimated: Mapping[str, float], payload: float = 0.0, *, known: bool = True
+    ) -> None:
         """Put everything where it is.
 
         Args:
             true: positions [m], by unit.
             estimated: those that the sensor estimates [m].
             payload: that a mechanism carries [kg].
+            known: whether the sensors have positions; where one has none nothing is drawn of what they take it to be.
         """
+        if known is not self._known:
+            self._known = known
+            for ghost in [self._ghost_rod] if self._linked is None else self._ghosts.values():
+                ghost.visible(known)
         estimated = {name: at + self._times * (estimated[name] - at) for name, at in true.items()}
         now = [*true.values(), *estimated.values(), 1e-3 * payload]
         if self._shown is not None and all(abs(a - b) < _STILL for a, b in zip(now, self._shown, strict=True)):

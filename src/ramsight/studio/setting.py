@@ -23,10 +23,12 @@ from ramsight.studio.worker import FASTEST
 
 STRIPS = ("position", "error", "status", "drive", "pressure")
 """Strips of the page, from above."""
+TABS = ("Live", "Machines", "Logs", "Studies")
+"""Tabs of the page."""
 _LONGEST = 1000  # letters of a query
 _HOLDS = "hold"
 _NO = "none"  # of a list
-_NAMES = ("machine", "unit", "play", "faults", "sensors", "duty", "speed", _HOLDS, "strips")
+_NAMES = ("machine", "unit", "play", "faults", "sensors", "duty", "speed", _HOLDS, "strips", "tab")
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class Setting:
         speed: times faster than life.
         holds_oil: whether the oil is held at its temperature.
         strips: that are shown.
+        tab: of `TABS`, that is open.
     """
 
     machine: str | None = None
@@ -56,6 +59,7 @@ class Setting:
     speed: float = 1.0
     holds_oil: bool = False
     strips: tuple[str, ...] = STRIPS
+    tab: str = TABS[0]
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -118,6 +122,7 @@ def read_setting(query: Mapping[str, str]) -> Setting:
         speed=_number(query, "speed", 0.0, FASTEST) if "speed" in query else 1.0,
         holds_oil=_HOLDS in query and _one_of(("oil",), _HOLDS, query[_HOLDS]) == "oil",
         strips=_some_of(STRIPS, query, "strips", STRIPS),
+        tab=_one_of(TABS, "tab", query.get("tab", TABS[0])),
     )  # fmt: skip
 
 

@@ -37,7 +37,8 @@ def status_bar(units: list[str]) -> None:
         '<p class="meaning" tabindex="0" role="group" aria-label="what the status means">'
         '<b id="meaning-of">–</b> <span id="meaning">No sensor has reported anything yet.</span>'
         ' <span id="remedy"></span></p>'
-        f'<div class="now">{now}</div>',
+        f'<div class="now"><b id="now-unit">–</b>{now}</div>'
+        '<span id="status-said" class="unseen" role="status"></span>',
         sanitize=False,
     ).classes("bar").props('id=bar role=region aria-label="what the sensors say"')
 

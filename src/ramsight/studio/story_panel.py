@@ -27,7 +27,9 @@ class StoryPanel:
         self._cards: dict[str, ui.element] = {}
         with ui.element("section").classes("panel story").props('id=story aria-label="the scenario that plays"'):
             self._title = ui.html("<h2>The levers are yours</h2>", sanitize=False)
-            self._words = ui.html(_NOTHING, sanitize=False).props("id=story-words role=log")
+            self._words = ui.html(_NOTHING, sanitize=False).props(
+                'id=story-words role=log tabindex=0 aria-label="what has happened"'
+            )
         with ui.element("section").classes("panel"):
             ui.html("<h2>Scenarios</h2>", sanitize=False)
             with ui.element("div").classes("cards"):
@@ -77,6 +79,7 @@ class StoryPanel:
         after = f"<p class='try'><b>Try this.</b> {marked(scenario.try_this)}</p>" if telling["over"] else ""
         self._title.set_content(f"<h2>{escape(scenario.title)}</h2>")
         self._words.set_content(f"<ol>{lines}</ol>{after}")
+        ui.run_javascript("studio.newest('story-words')")
         return True
 
 

@@ -7,7 +7,7 @@ from functools import partial
 
 from nicegui import ui
 
-from ramsight.studio.said import LEVELS
+from ramsight.studio.said import LETTERS
 from ramsight.studio.session import Session
 from ramsight.studio.setting import STRIPS
 
@@ -92,6 +92,9 @@ async def saved_run(session: Session, unit: str) -> bytes | str | None:
 
 
 def _key() -> str:
-    """What the colours of the status mean."""
-    names = (f'<span><i style="background:var(--level-{one.replace(" ", "-")})"></i>{one}</span>' for one in LEVELS)
+    """What colours, patterns and letters of the status mean; `status.js` fills the patterns in."""
+    names = (
+        f'<span data-level="{one}" data-letter="{letter}"><i></i><b>{letter}</b> {one}</span>'
+        for one, letter in LETTERS.items()
+    )
     return f'<div class="key">{"".join(names)}</div>'

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 
 from nicegui import background_tasks, run, ui
@@ -11,7 +12,7 @@ from ramsight.studio.draft import Problem
 from ramsight.studio.prepared import Prepared
 from ramsight.studio.rig_holder import Running
 from ramsight.studio.session import Session
-from ramsight.studio.setting import Setting
+from ramsight.studio.setting import TABS, Setting
 from ramsight.studio.visit import Visit
 from ramsight.studio.visitors import Place
 
@@ -32,18 +33,19 @@ def tabs(prepared: Prepared, session: Session, place: Place, naming: Callable[[s
     ui.context.client.on_delete(lambda: background_tasks.create(run.io_bound(visit.end)))
     waiting: dict[str, tuple[ui.tab_panel, Build]] = {}
     with ui.tabs().classes("w-full") as row:
-        ui.tab("Live")
-        for name in _LATER:
+        for name in TABS:
             ui.tab(name)
-    with ui.tab_panels(row, value="Live", keep_alive=True).classes("w-full bg-transparent"):
-        live = Running(ui.tab_panel("Live"), prepared, session, place, naming, setting)
+    with ui.tab_panels(row, value=TABS[0], keep_alive=True).classes("w-full bg-transparent"):
+        live = Running(
+            ui.tab_panel(TABS[0]), prepared, session, place, naming, setting, lambda: row.set_value(setting.tab)
+        )
         for name, build in _LATER.items():
             with ui.tab_panel(name) as panel:
                 waiting[name] = panel, build
 
     def opened(name: str) -> None:
         for one in (_DESCRIBED, name):  # the others work with what the browser kept of the description
-            if one in waiting and name != "Live":
+            if one in waiting and name != TABS[0]:
                 panel, build = waiting.pop(one)
                 with panel:
                     build(visit)
@@ -51,10 +53,11 @@ def tabs(prepared: Prepared, session: Session, place: Place, naming: Callable[[s
     async def run_live(machine: Machine) -> Problem | None:
         wrong = await live.another(machine)
         if wrong is None:
-            row.set_value("Live")
+            row.set_value(TABS[0])
         return wrong
 
     visit.run_live = run_live
+    row.on_value_change(lambda e: ui.run_javascript(f"studio.tab({json.dumps(e.value)})"))
     row.on_value_change(lambda e: opened(e.value))
 
 
@@ -77,4 +80,4 @@ def _studies(visit: Visit) -> None:
 
 
 _DESCRIBED = "Machines"
-_LATER: dict[str, Build] = {_DESCRIBED: _machines, "Logs": _logs, "Studies": _studies}
+_LATER: dict[str, Build] = dict(zip(TABS[1:], (_machines, _logs, _studies), strict=True))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,14 +18,20 @@ from ramsight.api.commissioning import commission, report_of
 from ramsight.api.tracking import follow, start_of
 from ramsight.calibration.identify_report import summary as identified_summary
 from ramsight.calibration.leakage import leak_test_summary
-from ramsight.errors import LogWarning, RamsightError
+from ramsight.errors import LogError, LogWarning, RamsightError
 from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import load_map
-from ramsight.logs.inspect import inspect_log
-from ramsight.logs.mapped import standard_map
+from ramsight.logs.channels import POSITION, TIME
+from ramsight.logs.clock import find_clock
+from ramsight.logs.inspect import Channel, inspect_log
+from ramsight.logs.mapped import ChannelMap, standard_map
 from ramsight.logs.proposal import map_text
+from ramsight.logs.source import TableSource
+from ramsight.logs.source_by_suffix import open_source
+from ramsight.logs.truth import truth_signals
 from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
+from ramsight.output.table_file import write_table
 from ramsight.plant.build import build
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
@@ -35,6 +41,7 @@ from ramsight.tracking.compared_track import error_text, errors_of
 from ramsight.tracking.end_visits import visits
 from ramsight.tracking.figures import tracked_figure, verbatim
 from ramsight.tracking.true_position import truth_in
+from ramsight.units import parse
 
 if TYPE_CHECKING:
     import xarray
@@ -49,6 +56,8 @@ NOWHERE = (
 )
 """What to do about a log in which a sensor was never referenced."""
 FIGURES = ("track.png", "track.svg")
+_POSITION = re.compile(r"pos|weg|hub|lage|stroke|travel|displ|course|carrera|corsa|true", re.IGNORECASE)
+_LENGTHS = ("mm", "cm", "m")
 _DRAWN = 20_000  # samples of a figure; of more every nth is drawn
 _STEP = 0.01  # share of a log, from one word on how far it is to the next
 
@@ -108,6 +117,67 @@ def propose(say: Say, file: str) -> None:
             for one in seen.channels
         ]
         tell("proposed", {"channels": channels, "map": map_text(seen)})
+
+
+def look_at_truth(say: Say, file: str) -> None:
+    """Read a file of the true position; says ``truth``: `said`, and the `file` to be used; or ``error``.
+
+    A table with other columns than ours is written anew with ours, in its place, where one of them alone is a length
+    by its name and unit.
+    """
+    with _answering(Path(file).parent, say) as tell:
+        try:
+            known, of, taken = len(truth_signals(file)), "", Path(file)
+        except LogError as wrong:
+            seen = inspect_log(file)
+            channel = position_of(seen.channels)
+            if channel is None:
+                raise wrong from None
+            unit = channel.unit or unit_in(channel.name)
+            known, taken = _rewritten(file, seen.known, channel.name, unit), Path(file).with_suffix(".csv")
+            of = f", of {channel.name!r} in {unit}"
+        said = f"{Path(file).name}: taken as the true position{of}, {known} samples"
+        tell("truth", {"said": said, "file": taken.name})
+
+
+def _rewritten(file: str, layout: ChannelMap, channel: str, unit: str) -> int:
+    """Write one channel as a true position, as CSV in the file's place; how many samples that are.
+
+    Raises:
+        LogError: the file has no clock, or no number in the channel.
+    """
+    source = open_source(file, layout)
+    if isinstance(source, TableSource) and find_clock(source, layout).is_asked:
+        raise LogError("has no clock with a unit", file=source.file)
+    blocks = [block[channel] for block in source.blocks([channel])]
+    time, value = (np.concatenate([getattr(one, name) for one in blocks]) for name in ("time", "value"))
+    is_known = np.isfinite(time) & np.isfinite(value)
+    table = {TIME: time[is_known], POSITION.column: parse(f"1 {unit}", "m") * value[is_known]}
+    path = Path(file).with_suffix(".csv")
+    write_table(table, path)
+    return len(truth_signals(path))
+
+
+def position_of(channels: Sequence[Channel]) -> Channel | None:
+    """The channel that is a position by its name and unit; None if none is, or several are.
+
+    Example:
+        >>> position_of([Channel("Druck [bar]", "bar"), Channel("Weg [mm]", "mm")]).name
+        'Weg [mm]'
+    """
+    found = [one for one in channels if _POSITION.search(one.name) and (one.unit or unit_in(one.name)) in _LENGTHS]
+    return found[0] if len(found) == 1 else None
+
+
+def unit_in(name: str) -> str:
+    """The unit in a name's brackets; "" if there is none.
+
+    Example:
+        >>> unit_in("Weg [mm]"), unit_in("Weg")
+        ('mm', '')
+    """
+    found = re.search(r"[\[(](\w+)[\])]\s*$", name)
+    return "" if found is None else found[1]
 
 
 def track(say: Say, asked: Asked) -> None:

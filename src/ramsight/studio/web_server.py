@@ -127,6 +127,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
         with ui.header().classes("items-center py-1"):
             ui.html('<h1 class="text-lg font-bold">ramsight studio</h1>', sanitize=False)
             named = ui.label().props("id=machine-name")
+            ui.element("span").props("id=gone role=alert")
         body = ui.column().classes("w-full gap-0")
         with suppress(TimeoutError):
             await client.connected(_SHOWN)

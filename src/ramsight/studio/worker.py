@@ -18,6 +18,7 @@ from ramsight.machine import load_machine
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
+from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 from ramsight.studio.draft import Problem, problem
 from ramsight.studio.energy import flows
@@ -241,7 +242,7 @@ class _Clock:
         kept, last = self.rows[every - 1 :: every] or self.rows[-1:], self.rows[-1]
         frame = Frame()
         for name in self.rig.sheet:
-            frame.columns[name] = _columns([row[name] for row in kept])
+            frame.columns[name] = _columns([row[name] for row in kept], self.rig.sheet[name].cylinder.stroke)
             frame.circuit[name] = self._circuit(name)
             frame.status[name] = _said(self.rig, name, last[name])
         first = next(iter(self.rig.sheet))
@@ -284,7 +285,7 @@ def _said(rig: Rig, name: str, row: Row) -> dict[str, dict[str, str]]:
     return found
 
 
-def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
+def _columns(rows: list[Row], stroke: float) -> Mapping[str, list[float | None]]:
     """What the strips show of a unit: mm, rpm, N m and bar."""
     found: dict[str, list[float | None]] = {
         "position": [_number(1e3 * row.position) for row in rows],
@@ -303,6 +304,8 @@ def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
         found[f"{kind}_band"] = [
             None if one is None else _number(1e3 * TWO_SIDED_95 * one.position_std) for one in said
         ]
+        edges = [_edges(one, stroke) for one in said]
+        found[f"{kind}_low"], found[f"{kind}_high"] = ([one[side] for one in edges] for side in (0, 1))
         found[f"{kind}_level"] = [LEVELS.index(of_estimate(one).level) for one in said]
     if any(row.second for row in rows):
         shown = [None if row.second is None else row.second.position for row in rows]
@@ -311,6 +314,18 @@ def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
             None if at is None else _number(1e3 * (at - row.position)) for at, row in zip(shown, rows, strict=True)
         ]
     return found
+
+
+def _edges(said: Estimate | None, stroke: float) -> tuple[float | None, float | None]:
+    """Ends of the 95 % band [mm], within the stroke [m]: all of it where nothing is known, none without a band."""
+    if said is None:
+        return None, None
+    if said.status is Status.NOT_REFERENCED:
+        return 0.0, _number(1e3 * stroke)
+    half = TWO_SIDED_95 * said.position_std
+    ends = (said.position + side * half for side in (-1.0, 1.0))
+    low, high = (_number(1e3 * min(max(end, 0.0), stroke)) if math.isfinite(end) else None for end in ends)
+    return low, high
 
 
 def _celsius(kelvin: float) -> float:

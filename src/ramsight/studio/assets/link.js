@@ -16,12 +16,46 @@
     }
   };
 
+  const LATER = 300; // ms, in which several changes of the address become one: browsers limit them
+  let asked = null, tab = "Live", waits = 0;
+
   // The server knows what the machine is set to, the page what is looked at of it.
+  function described() {
+    const found = new URLSearchParams(asked ?? location.search), all = buttons(), on = all.filter(isOn).map((one) => one.dataset.strip);
+    const say = (name, value) => (value ? found.set(name, value) : found.delete(name));
+    say("unit", studio.shown() !== Object.keys(studio.units)[0] && studio.shown());
+    if (all.length) say("strips", on.length < all.length && (on.join(",") || "none")); // another tab has no buttons
+    say("tab", tab !== "Live" && tab);
+    const query = found.toString().replaceAll("%2C", ",");
+    return `${location.origin}${location.pathname}${query && "?"}${query}`;
+  }
+
+  // The address keeps what is set, so that a page that is loaded again begins with it.
+  studio.renew = () => {
+    clearTimeout(waits);
+    waits = setTimeout(() => history.replaceState(null, "", described()), LATER);
+  };
+  studio.address = (query) => { asked = query; studio.renew(); };
+  studio.tab = (name) => { tab = name; studio.renew(); };
+
+  // What a page that is loaded again has lost is said.
+  const lost = JSON.parse(sessionStorage.getItem("held") ?? "{}");
+  sessionStorage.removeItem("held");
+  studio.holds = (what, name) => {
+    const kept = { ...JSON.parse(sessionStorage.getItem("held") ?? "{}"), [what]: name };
+    sessionStorage.setItem("held", JSON.stringify(kept));
+  };
+  studio.begun = () => {
+    const place = document.getElementById("reloaded"), again = performance.getEntriesByType("navigation")[0]?.type === "reload";
+    const { log, machine } = lost;
+    if (place && again) place.textContent = "The page was loaded again: the machine begins anew, as it was set."
+      + (machine ? ` The description of ${machine} runs no more: let it run again from the tab Machines.` : "")
+      + (log ? ` The log ${log} is gone: drop it again.` : "");
+  };
+
   studio.link = (query) => {
-    const found = new URLSearchParams(query), all = buttons(), on = all.filter(isOn).map((one) => one.dataset.strip);
-    if (studio.shown() !== Object.keys(studio.units)[0]) found.set("unit", studio.shown());
-    if (on.length < all.length) found.set("strips", on.join(",") || "none");
-    const address = `${location.origin}${location.pathname}?${found.toString().replaceAll("%2C", ",")}`;
+    asked = query;
+    const address = described();
     history.replaceState(null, "", address);
     const field = document.getElementById("link");
     field.hidden = false;
@@ -36,5 +70,6 @@
     if (!button) return;
     button.setAttribute("aria-pressed", `${!isOn(button)}`);
     put(button.dataset.strip, isOn(button));
+    studio.renew();
   });
 })();

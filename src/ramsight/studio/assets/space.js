@@ -29,6 +29,8 @@
   studio.space = (id) => {
     const own = getElement(id), renderer = own.renderer, render = renderer.render.bind(renderer);
     tint = tinted(own);
+    renderer.domElement.setAttribute("role", "img");
+    renderer.domElement.setAttribute("aria-label", "the machine in space; red and pale: where the sensor takes it to be");
     tint();
     studio.watch(own.$el, wake);
     wake(BEGIN);

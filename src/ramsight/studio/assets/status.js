@@ -1,10 +1,9 @@
 // The bar that stays: of every sensor position, band and status; and the lanes of the status over time.
 "use strict";
 (() => {
-  const LEVELS = ["ok", "uncertain", "not referenced", "invalid", "unchecked", "no report"]; // as in said.py
   const place = (id) => document.getElementById(id);
   const known = (v) => v !== null && v !== undefined;
-  let chosen = null, newest = null, help = {};
+  let chosen = null, newest = null, help = {}, said = {}, key = [];
 
   function set(own, text) {
     if (own && own.textContent !== text) own.textContent = text;
@@ -27,13 +26,12 @@
     own.classList.toggle("invalid", said.level === "invalid");
   }
 
-  // What is explained: the sensor that was chosen, or the self-calibrating one that has most to say.
+  // What is explained: the sensor that was chosen, or the one that matters most of the unit that is shown.
   function explained(status) {
     if (chosen && status[chosen.unit]?.[chosen.kind]) return chosen;
-    const all = Object.keys(status).map((unit) => ({ unit, kind: "kalman" })).filter((one) => status[one.unit].kalman);
-    const rank = (one) => ["ok", "no report", "unchecked", "uncertain", "not referenced", "invalid"].indexOf(status[one.unit].kalman.level);
-    const alert = status[Object.keys(status)[0]]?.second?.level === "invalid" ? { unit: Object.keys(status)[0], kind: "second" } : null;
-    return alert ?? all.reduce((best, one) => (best && rank(best) >= rank(one) ? best : one), null);
+    const unit = studio.shown(), own = status[unit] ?? {};
+    const kind = own.second?.level === "invalid" ? "second" : own.kalman ? "kalman" : Object.keys(own)[0];
+    return kind ? { unit, kind } : null;
   }
 
   function explain(status) {
@@ -46,8 +44,23 @@
     set(place("remedy"), words?.do ? `What to do: ${words.do}` : "");
   }
 
+  // Another unit is shown: a choice of a sensor of the one before is over.
+  studio.explain = () => {
+    chosen = null;
+    if (newest) explain(newest.status);
+  };
+
+  // A change is said to whoever does not see it.
+  function tell(status) {
+    const now = Object.fromEntries(Object.keys(status).map((unit) => [unit, status[unit].kalman?.text ?? "no kalman"]));
+    const changed = Object.keys(now).filter((unit) => now[unit] !== said[unit]);
+    if (changed.length) set(place("status-said"), changed.map((unit) => `${unit}, kalman: ${now[unit]}`).join(". "));
+    said = now;
+  }
+
   studio.says_of = (frame, words) => {
     newest = frame;
+    tell(frame.status);
     help = words;
     for (const [unit, status] of Object.entries(frame.status))
       for (const own of document.querySelectorAll(`.said[data-unit="${unit}"]`)) row(unit, own.dataset.kind, status[own.dataset.kind], frame.columns[unit]);
@@ -62,11 +75,48 @@
     explain(newest.status);
   });
 
-  // Rectangles of one colour as long as a status holds, a lane for each sensor.
+  // Each status has a colour, lines across it and a letter: who does not see the one sees the other.
+  const LINES = { uncertain: [[0, 8, 8, 0]], "not referenced": [[0, 4, 8, 4]], invalid: [[0, 0, 8, 8], [0, 8, 8, 0]], unchecked: [[4, 0, 4, 8]] };
+  function tile(level, ratio) {
+    const made = document.createElement("canvas"), ctx = made.getContext("2d");
+    made.width = made.height = 8 * ratio;
+    ctx.scale(ratio, ratio);
+    ctx.fillStyle = studio.css("--level-" + level.replace(" ", "-"));
+    ctx.fillRect(0, 0, 8, 8);
+    ctx.strokeStyle = studio.css("--paper");
+    ctx.lineWidth = 1.2;
+    for (const [x, y, to, down] of LINES[level] ?? []) {
+      ctx.beginPath();
+      ctx.moveTo(x, y);
+      ctx.lineTo(to, down);
+      ctx.stroke();
+    }
+    return made;
+  }
+
+  // The key has all levels in their order, as in said.py, and shows what the lanes are made of.
+  function tiles(ratio) {
+    const found = [...document.querySelectorAll("#strip-key [data-level]")];
+    const theme = studio.css("--paper") + ratio;
+    if (found.length && (found.length !== key.length || key.theme !== theme)) {
+      key = found.map((one) => ({ letter: one.dataset.letter, tile: tile(one.dataset.level, ratio) }));
+      key.theme = theme;
+      found.forEach((one, k) => { one.querySelector("i").style.background = `url(${key[k].tile.toDataURL()}) 0 0 / 8px`; });
+    }
+    return key;
+  }
+
+  // Rectangles as long as a status holds, a lane for each sensor.
   studio.lanes = (plot) => {
     const { ctx, bbox, data } = plot, time = data[0], lanes = data.length - 1, height = bbox.height / lanes;
-    const colours = LEVELS.map((one) => getComputedStyle(document.body).getPropertyValue("--level-" + one.replace(" ", "-")).trim());
     ctx.save();
+    const ratio = devicePixelRatio || 1, legend = tiles(ratio), fills = legend.map((one) => ctx.createPattern(one.tile, "repeat"));
+    ctx.font = `bold ${12 * ratio}px sans-serif`;
+    ctx.textBaseline = "middle";
+    ctx.textAlign = "left";
+    ctx.strokeStyle = studio.css("--paper");
+    ctx.lineWidth = 4 * ratio;
+    ctx.lineJoin = "round";
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip(); // of a part of the time what is beside it is not shown
@@ -76,8 +126,13 @@
         if (k < time.length && levels[k] === levels[from]) continue;
         if (known(levels[from])) {
           const left = plot.valToPos(time[from], "x", true), right = plot.valToPos(time[Math.min(k, time.length - 1)], "x", true);
-          ctx.fillStyle = colours[levels[from]];
+          ctx.fillStyle = fills[levels[from]];
           ctx.fillRect(left, top + 0.15 * height, Math.max(right - left, 1), 0.7 * height);
+          const letter = legend[levels[from]]?.letter ?? "", at = Math.max(left, bbox.left) + 4 * ratio;
+          if (at + ctx.measureText(letter).width + 4 * ratio < right) {
+            ctx.fillStyle = studio.css("--ink");
+            for (const put of ["strokeText", "fillText"]) ctx[put](letter, at, top + 0.5 * height);
+          }
         }
         from = k;
       }

@@ -2,7 +2,7 @@
 "use strict";
 window.studio = (() => {
   const KEEP = 1500; // points of a strip
-  const LEFT = 64, RIGHT = 44; // of the axes: all strips have one time below the other
+  const LEFT = 48, RIGHT = 44, WORDS = 16; // of the axes and their units: all strips have one time below the other
   const PAGE_UP = 33, PAGE_DOWN = 34; // as browsers number keys
   const PAGES = 50; // keys at most from one end of a slider to the other, ten of its steps each
   const SENSORS = ["kalman", "balance", "unreferenced", "table", "second"];
@@ -11,7 +11,7 @@ window.studio = (() => {
   const NAMES = { second: "transducer" };
   const MARKERS = { width: 2, dash: (plot, k) => (plot.series[k].dash ? "dashed" : "solid") }; // of the legends: lines as they are drawn
   const units = {};
-  let shown = "", plots = [], drawn = 0, waiting = false, highest = 250, fitting = null, begun = 0, help = {};
+  let shown = "", plots = [], drawn = 0, waiting = false, highest = 250, fitting = null, begun = 0, help = {}, laidOut = 0;
 
   // What is not on the screen is not drawn, until it comes there.
   const visible = new WeakMap();
@@ -25,7 +25,7 @@ window.studio = (() => {
 
   const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
   const sensor = (one) => series(NAMES[one] ?? one, "--" + one, { dash: DASHES[one], width: one === "kalman" ? 2 : 1.6 });
-  const series = (label, colour, more = {}) => ({ label, stroke: css(colour), width: 1.5, spanGaps: false, points: { show: false }, ...more });
+  const series = (label, colour, more = {}) => ({ label, stroke: css(colour), width: 1.5, spanGaps: false, points: { show: false }, value: (_, v) => v ?? "", ...more });
 
   const plain = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 56, ...more }); // an axis
 
@@ -34,34 +34,42 @@ window.studio = (() => {
     const band = [series("95 % band", "--kalman", { width: 0, fill: undefined, class: "area" }), series("", "--kalman", { width: 0, class: "nameless" })];
     const edges = (first) => [{ series: [first, first + 1], fill: css("--band") }];
     return [
-      { id: "strip-position", title: "position [mm]", height: 170, names: ["position", ...on, "high", "low"],
+      { id: "strip-position", title: "position [mm]", unit: "mm", height: 170, names: ["position", ...on, "kalman_high", "kalman_low"],
         series: [series("true", "--true"), ...on.map(sensor), ...band], bands: edges(on.length + 2) },
-      { id: "strip-error", title: "error [mm]", height: 150, names: [...on.map((one) => one + "_error"), "plus", "minus"],
+      { id: "strip-error", title: "error [mm]", unit: "mm", height: 150, names: [...on.map((one) => one + "_error"), "plus", "minus"],
         series: [...on.map(sensor), ...band], bands: edges(on.length + 1) },
-      { id: "strip-drive", title: "motor speed [rpm], torque [N m]", height: 150, names: ["speed", "torque"],
-        series: [series("speed", "--true"), series("torque", "--kalman", { scale: "torque", dash: [6, 3] })], second: "torque" },
-      { id: "strip-pressure", title: "chambers [bar]", height: 140, names: ["pressure_a", "pressure_b"],
+      { id: "strip-drive", title: "motor speed [rpm], torque [N m]", unit: "rpm", height: 150, names: ["speed", "torque"],
+        series: [series("speed", "--true"), series("torque", "--kalman", { scale: "torque", dash: [6, 3] })], second: "torque", unit2: "N m" },
+      { id: "strip-pressure", title: "chambers [bar]", unit: "bar", height: 140, names: ["pressure_a", "pressure_b"],
         series: [series("A", "--kalman"), series("B", "--true", { dash: [6, 3] })] },
       { id: "strip-status", title: "status, a lane for each sensor", height: 110, names: lanes.map((one) => one + "_level"),
         series: lanes.map((one) => series(one, "--" + one, { width: 0 })), range: [0, lanes.length], lanes },
     ];
   }
 
+  const heading = (title) => `${shown}: ${title}`;
+  const named = (plot, words) => { // a canvas says nothing by itself
+    plot.ctx.canvas.setAttribute("role", "img");
+    plot.ctx.canvas.setAttribute("aria-label", `${words}, over time`);
+  };
+
   function make(strip, place) {
     place.replaceChildren();
     watch(place);
     const axis = (more = {}) => plain({ ticks: { stroke: css("--grid"), width: 1 }, size: LEFT, ...more });
-    const axes = [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()];
+    const labelled = (label) => ({ label, labelSize: WORDS, labelFont: "12px sans-serif" });
+    const axes = [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis(strip.lanes ? { size: LEFT + WORDS } : labelled(strip.unit))];
     if (strip.lanes) Object.assign(axes[1], { splits: strip.lanes.map((_, k) => k + 0.5), values: () => strip.lanes.map((one) => one.replace("unreferenced", "no ref.")), grid: { show: false } });
-    if (strip.second) axes.push(axis({ scale: strip.second, side: 1, size: RIGHT, grid: { show: false } }));
+    if (strip.second) axes.push(axis({ ...labelled(strip.unit2), scale: strip.second, side: 1, size: RIGHT, grid: { show: false } }));
     const options = {
-      title: strip.title, width: place.clientWidth || 500, height: strip.height, series: [{ label: "time [s]" }, ...strip.series], axes,
-      padding: [null, strip.second ? 0 : RIGHT, null, null], bands: strip.bands || [], legend: { show: !strip.lanes, markers: MARKERS }, cursor: studio.timeline.cursor,
+      title: heading(strip.title), width: place.clientWidth || 500, height: strip.height, series: [{ label: "time [s]", value: (_, v) => v ?? "" }, ...strip.series], axes,
+      padding: [null, strip.second ? 0 : RIGHT + WORDS, null, null], bands: strip.bands || [], legend: { show: !strip.lanes, markers: MARKERS }, cursor: studio.timeline.cursor,
       hooks: { setSelect: [studio.timeline.zoomed], draw: [...(strip.lanes ? [studio.lanes] : []), studio.timeline.marked] },
       scales: { x: { time: false }, ...(strip.range ? { y: { range: strip.range } } : {}) },
     };
     const plot = new uPlot(options, [[], ...strip.series.map(() => [])], place);
     plot.over.addEventListener("dblclick", studio.timeline.whole);
+    named(plot, heading(strip.title));
     return { names: strip.names, plot, place, height: strip.height, title: strip.title };
   }
 
@@ -77,8 +85,9 @@ window.studio = (() => {
     for (const name of names) studio.lay(name, lines[name]);
     for (const name of names) units[name] = { time: [] };
     shown = names[0];
+    studio.begun();
     plots = strips().map((strip) => make(strip, document.getElementById(strip.id)));
-    studio.laidOut = performance.now(); // ms since the page was asked for
+    laidOut = studio.laidOut = performance.now(); // ms since the page was asked for
     const fit = () => plots.forEach((p) => p.plot.setSize({ width: p.place.clientWidth, height: p.height }));
     const head = document.querySelector(".q-header");
     if (head) document.body.style.setProperty("--under-header", `${head.offsetHeight}px`);
@@ -96,6 +105,12 @@ window.studio = (() => {
 
   function show(name) {
     shown = name;
+    for (const { plot, place, title } of plots) {
+      place.querySelector(".u-title").textContent = heading(title);
+      named(plot, heading(title));
+    }
+    studio.explain();
+    studio.renew();
     for (const one of document.querySelectorAll("[data-circuit]")) one.hidden = one.dataset.circuit !== name;
     studio.timeline.whole(); // what stands is of another unit
   }
@@ -104,11 +119,8 @@ window.studio = (() => {
     const kept = units[unit];
     const more = { ...columns };
     for (const one of SENSORS)  // of a sensor that is off nothing is shown
-      for (const name of ["", "_error", "_band", "_level"]) more[one + name] ??= time.map(() => null);
+      for (const name of ["", "_error", "_band", "_low", "_high", "_level"]) more[one + name] ??= time.map(() => null);
     columns = more;
-    const sum = (a, b, sign) => a.map((v, k) => (v === null || b[k] === null ? null : v + sign * b[k]));
-    more.high = sum(columns.kalman, columns.kalman_band, 1);
-    more.low = sum(columns.kalman, columns.kalman_band, -1);
     more.plus = columns.kalman_band;
     more.minus = columns.kalman_band.map((v) => (v === null ? null : -v));
     for (const [name, values] of Object.entries({ ...more, time })) {
@@ -118,11 +130,12 @@ window.studio = (() => {
     }
   }
 
-  function draw() {
+  // What is off the screen is drawn, too, if all is wanted: for a picture, or to stand.
+  function draw(all = false) {
     waiting = false;
     const kept = units[shown];
     if (!kept?.time.length || studio.timeline.stands()) return;
-    for (const one of plots) if (isSeen(one.place)) one.plot.setData([kept.time, ...one.names.map((name) => kept[name])]);
+    for (const one of plots) if (all || isSeen(one.place)) one.plot.setData([kept.time, ...one.names.map((name) => kept[name])]);
   }
 
   function paint(unit, now) {
@@ -170,6 +183,7 @@ window.studio = (() => {
     const last = f.columns[shown], k = last.position.length - 1;
     const mm = (v, digits = 1) => (v === null || v === undefined ? "–" : v.toFixed(digits));
     const set = (id, text) => { const place = document.getElementById(id); if (place) place.textContent = text; };
+    set("now-unit", shown);
     set("now-true", mm(last.position[k]));
     const lost = f.status[shown].kalman?.level === "not referenced"; // what it has then is no position
     set("now-kalman", lost ? "–" : mm(last.kalman?.[k]));
@@ -222,6 +236,7 @@ window.studio = (() => {
       cursor: { drag: { x: true, y: false, setScale: false } }, hooks: { setSelect: [look], draw: [marks] },
       scales: { x: { time: false } } }, data, place);
     plot.over.addEventListener("dblclick", () => emitEvent("track-view", [null, null, plot.width]));
+    named(plot, `the track: ${title}`);
     return plot;
   }
 
@@ -245,10 +260,12 @@ window.studio = (() => {
     place.replaceChildren();
     const names = [...new Set(rows.flatMap((row) => Object.keys(row)))].filter((one) => one !== "machines");
     const lines = names.map((one, k) => series(one, STUDIED[k % STUDIED.length], { dash: k ? [8 - k, 2 + k] : undefined, points: { show: true, size: 5 } }));
-    new uPlot({ title: "95 % of the samples within [mm], over the machines so far", width: place.clientWidth || 600, height: 200,
+    const plot = new uPlot({ title: "95 % of the samples within [mm], over the machines so far", width: place.clientWidth || 600, height: 200,
       series: [{ label: "machines" }, ...lines], axes: [plain({ size: 28, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000] }), plain()], legend: { live: false, markers: MARKERS },
       cursor: { show: false }, scales: { x: { time: false }, y: { range: (_, __, most) => [0, 1.1 * (most || 1)] } } },
       [rows.map((row) => row.machines), ...names.map((one) => rows.map((row) => row[one] ?? null))], place);
+    plot.ctx.canvas.setAttribute("role", "img");
+    plot.ctx.canvas.setAttribute("aria-label", plot.root.querySelector(".u-title").textContent);
   }
 
   // Of a track that belongs to another file nothing is left.
@@ -296,5 +313,39 @@ window.studio = (() => {
   }
   for (const kind of ["keydown", "keyup"]) addEventListener(kind, keyed, true);
 
-  return { watch, isSeen, begin, show, frame, track, studied, forget, draw, css, upright, plots: () => plots, shown: () => shown, count: () => drawn, units, seen };
+  // The newest words of a place that does not grow are seen once they are there.
+  const newest = (id) => setTimeout(() => { const own = document.getElementById(id); own?.scrollTo(0, own.scrollHeight); }, 50);
+
+  // A server that has gone says nothing: what is shown then is old.
+  const SILENT = 5000, LOOK = 500; // ms without a word; from one look to the next, of a page that is not busy
+  let heard = performance.now(), looked = heard;
+  const beat = () => { heard = performance.now(); };
+  function gone() {
+    const now = performance.now(), wasBusy = now - looked > 3 * LOOK, cut = window.socket?.connected === false;
+    looked = now;
+    if (wasBusy) beat();
+    const is = laidOut && (cut || now - heard > SILENT), place = document.getElementById("gone");
+    document.body.classList.toggle("gone", is);
+    const words = is ? "The studio gives no answer: what is shown is old." : "";
+    if (place && place.textContent !== words) place.textContent = words;
+  }
+  setInterval(gone, LOOK);
+
+  addEventListener("keydown", (event) => {
+    const back = event.key === "Escape" && document.querySelector(".circuit.large button");
+    if (back) { back.click(); back.focus(); }
+  });
+
+  // A file that is dropped beside its box would take the page's place: it goes into the first box of the tab.
+  addEventListener("dragover", (event) => { if (!event.target.closest?.(".q-uploader")) event.preventDefault(); });
+  addEventListener("drop", (event) => {
+    if (event.target.closest?.(".q-uploader") || !event.dataTransfer?.files.length) return;
+    event.preventDefault();
+    const input = document.querySelector(".q-uploader input[type=file]");
+    if (!input) return;
+    input.files = event.dataTransfer.files;
+    input.dispatchEvent(new Event("change", { bubbles: true }));
+  });
+
+  return { beat, newest, watch, isSeen, begin, show, frame, track, studied, forget, draw, css, upright, heading, plots: () => plots, shown: () => shown, count: () => drawn, units, seen };
 })();

@@ -12,6 +12,7 @@ studio.timeline = (() => {
 
   // What is drawn then is a copy: what the strips keep goes on.
   function stand(on) {
+    if (on && !stands) studio.draw(true);
     if (on && !stands) for (const { plot } of studio.plots()) plot.setData(plot.data.map((row) => row.slice()), false);
     stands = on;
     place("strips-pause")?.setAttribute("aria-pressed", `${on}`);
@@ -36,7 +37,18 @@ studio.timeline = (() => {
     marks = marks.slice(-KEPT);
   }
 
-  // A line in each strip; its words are in the first one, each below the last where they are close.
+  // The rows of words from left to right, each with begin and end, so that none is over another.
+  function rows(spans) {
+    const ends = [];
+    return spans.map(([from, end]) => {
+      let row = ends.findIndex((one) => one <= from);
+      if (row < 0) row = ends.length;
+      ends[row] = end;
+      return row;
+    });
+  }
+
+  // A line in each strip for what has happened to the unit that is shown; its words are in the first one.
   function marked(plot) {
     const { ctx, bbox } = plot, ratio = devicePixelRatio || 1, size = 11 * ratio, named = studio.plots().find((one) => !one.place.hidden)?.plot === plot;
     ctx.save();
@@ -46,26 +58,29 @@ studio.timeline = (() => {
     ctx.textBaseline = "alphabetic";
     ctx.lineWidth = ratio;
     ctx.setLineDash([3 * ratio, 3 * ratio]);
-    let row = 0, end = -1;
-    for (const [time, words] of marks) {
-      if (!studio.upright(plot, time) || !named) continue;
-      const x = plot.valToPos(time, "x", true), wide = ctx.measureText(words).width, from = Math.min(x + 3 * ratio, bbox.left + bbox.width - wide);
-      row = from < end ? row + 1 : 0;
-      end = from + wide;
-      if ((row + 1) * 1.2 * size < bbox.height) ctx.fillText(words, from, bbox.top + (row + 1) * 1.2 * size);
-    }
+    const own = marks.filter(([time, , unit]) => (!unit || unit === studio.shown()) && studio.upright(plot, time));
+    const spans = own.map(([time, words]) => {
+      const wide = ctx.measureText(words).width, from = Math.min(plot.valToPos(time, "x", true) + 3 * ratio, bbox.left + bbox.width - wide);
+      return [from, from + wide + 6 * ratio];
+    });
+    if (named) rows(spans).forEach((row, k) => {
+      if ((row + 1) * 1.2 * size < bbox.height) ctx.fillText(own[k][1], spans[k][0], bbox.top + (row + 1) * 1.2 * size);
+    });
     ctx.restore();
   }
 
-  function picture() {
-    const all = studio.plots(), ratio = devicePixelRatio || 1, head = 20 * ratio;
+  async function picture() {
+    studio.draw(true);
+    await new Promise((done) => setTimeout(done)); // uPlot draws once this is over
+    const all = studio.plots().filter((one) => !one.place.hidden), ratio = devicePixelRatio || 1, head = 20 * ratio;
     const sheet = document.createElement("canvas"), ctx = sheet.getContext("2d");
     sheet.width = Math.max(...all.map((one) => one.plot.ctx.canvas.width));
     sheet.height = all.reduce((sum, one) => sum + head + one.plot.ctx.canvas.height, 0);
     ctx.fillStyle = studio.css("--paper");
     ctx.fillRect(0, 0, sheet.width, sheet.height);
     let y = 0;
-    for (const { plot, title } of all) {
+    for (const { plot, title: bare } of all) {
+      const title = studio.heading(bare);
       ctx.font = `600 ${13 * ratio}px sans-serif`;
       ctx.fillStyle = studio.css("--ink");
       const lines = plot.series.slice(1).filter((one) => one.label && one.width > 0);
@@ -93,5 +108,5 @@ studio.timeline = (() => {
     if (id === "strips-picture") picture();
   });
 
-  return { cursor, zoomed, whole, happened, marked, stands: () => stands, marks: () => marks, forget: () => { marks = []; stand(false); } };
+  return { cursor, rows, zoomed, whole, happened, marked, stands: () => stands, marks: () => marks, forget: () => { marks = []; stand(false); } };
 })();
