@@ -157,6 +157,10 @@ def test_a_setting_of_a_link_is_that_of_the_link_it_makes(query):
     rig.begin()  # what power that is cut has saved is thrown away
 
 
+def test_a_link_names_the_tab_that_is_open():
+    assert [read_setting(query).tab for query in ({}, {"tab": "Logs"})] == ["Live", "Logs"]
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [
@@ -164,7 +168,7 @@ def test_a_setting_of_a_link_is_that_of_the_link_it_makes(query):
         ("leak", "3.01"), ("leak", "0.49"), ("leak", "nan"), ("leak", "inf"), ("leak", ""), ("leak", "\u0661"),
         ("leak", "1_0"), ("leak", "1e999"), ("leak", "9" * 900), ("load", "-1"), ("speed", "51"), ("speed", "-1"),
         ("faults", "fire"), ("faults", "torque,"), ("sensors", "kalman;balance"), ("duty", "none"), ("hold", "1"),
-        ("play", "<script>"), ("play", ""), ("strips", "position,\n"), ("x", "1"), ("", ""), ("unit", "x" * 2000),
+        ("play", "<script>"), ("play", ""), ("strips", "position,\n"), ("tab", "Live,Logs"), ("x", "1"), ("", ""), ("unit", "x" * 2000),
         ("\r\nset-cookie", "a"),
     ],
 )  # fmt: skip

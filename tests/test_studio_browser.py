@@ -1089,3 +1089,104 @@ def test_elsewhere_a_token_is_printed_and_needed(visitor):
         assert opened.url == here
         wait(opened, lambda: newest(opened, "position", "ram") is not None)
         opened.context.close()
+
+
+def test_a_unit_that_is_chosen_is_what_bar_strips_and_canvases_speak_of(page):
+    page.set_viewport_size({"width": 1500, "height": 420})  # most strips are off the screen
+    wait(page, lambda: page.evaluate("studio.units.boom.time.length") > 20)
+    assert "boom, kalman: " in page.locator("#status-said").text_content()
+    with page.expect_download():
+        page.locator("#strips-picture").click()
+    assert page.evaluate("studio.plots().map((one) => one.plot.data[0].length > 10)") == [True] * 5
+    page.get_by_role("button", name="bucket", exact=True).click()
+    wait(page, lambda: page.locator("#meaning-of").inner_text().startswith("bucket, kalman"))
+    wait(page, lambda: page.locator("#now-unit").inner_text() == "bucket")
+    titles = page.locator("#strips .u-title").all_inner_texts()
+    assert len(titles) == 5
+    assert all(one.startswith("bucket: ") for one in titles)
+    assert page.evaluate("studio.plots().map((one) => one.plot.axes.slice(1).map((axis) => axis.label))") == [
+        ["mm"], ["mm"], ["rpm", "N m"], ["bar"], [None],
+    ]  # fmt: skip
+    page.locator(".space canvas[aria-label]").wait_for()
+    canvases = page.evaluate("[...document.querySelectorAll('canvas')].map((one) => one.getAttribute('aria-label'))")
+    assert len(canvases) == 6
+    assert all(canvases)
+    assert "--" not in page.locator("#strips").inner_text()
+    assert page.evaluate("studio.timeline.rows([[0, 50], [10, 60], [20, 30], [55, 90], [60, 70]])") == [0, 1, 2, 0, 1]
+    page.get_by_role("switch", name="temperature lost").click()
+    wait(page, lambda: "oil temperature missing" in page.locator("#status-said").text_content())
+    page.get_by_role("button", name="enlarge").click()
+    page.locator(".circuit.large").wait_for()
+    page.keyboard.press("Escape")
+    page.locator(".circuit.large").wait_for(state="detached")
+
+
+def test_words_that_come_move_no_card(page, loader):
+    address, _ = loader
+    page.goto(address)
+    words, card = page.locator("#story-words li"), page.locator("[data-scenario=worn]")
+    words.first.wait_for()
+    top = "(e) => e.getBoundingClientRect().top - document.getElementById('story').getBoundingClientRect().top"
+    before = card.evaluate(top)
+    wait(page, lambda: words.count() >= 3)
+    assert card.evaluate(top) == before
+
+
+def test_a_page_that_is_loaded_again_keeps_tab_and_setting_and_says_what_is_gone(page):
+    page.get_by_role("switch", name="torque frozen").click()
+    wait(page, lambda: "faults=torque" in page.url)
+    page.get_by_role("tab", name="Logs").click()
+    page.locator("#upload-log input[type=file]").set_input_files(TRACES / "boom_441kN_40C.csv.gz")
+    wait(page, lambda: "3 channels" in page.locator("#log-said").inner_text())
+    wait(page, lambda: page.url.endswith("&tab=Logs"))
+    page.reload()
+    page.locator("#upload-log").wait_for()
+    page.get_by_role("tab", name="Live").click()
+    page.get_by_role("switch", name="torque frozen", checked=True).wait_for()
+    said = page.locator("#reloaded").inner_text()
+    assert "the machine begins anew" in said
+    assert "The log boom_441kN_40C.csv.gz is gone" in said
+    wait(page, lambda: "tab=" not in page.url)
+
+
+def test_what_a_server_has_shown_that_has_gone_is_grey_and_said_to_be_old(visitor):
+    with studio("press") as (address, server):
+        page = visitor()
+        runs(page, address)
+        wait(page, lambda: newest(page, "position", "ram") is not None)
+        assert page.locator("body.gone").count() == 0
+        server.kill()
+        page.locator("body.gone").wait_for()
+        assert "what is shown is old" in page.locator("#gone").inner_text()
+        assert not page.locator("#ready").is_visible()
+        page.context.close()
+
+
+DROPPED = """([name, text]) => {
+    const held = new DataTransfer();
+    held.items.add(new File([text], name));
+    const event = new DragEvent("drop", { bubbles: true, cancelable: true, dataTransfer: held });
+    document.body.dispatchEvent(event);
+    return event.defaultPrevented;
+}"""
+
+
+def test_a_file_beside_its_box_is_taken_and_tracking_waits_until_it_was_looked_through(page, tmp_path):
+    page.get_by_role("tab", name="Logs").click()
+    page.locator("#upload-log input[type=file]").wait_for(state="attached")
+    said = page.locator("#log-said")
+    text = german(tmp_path).read_text(encoding="utf-8").replace("Drehmoment [%]", "Drehmoment [Nm]")
+    page.get_by_label("piston at first").fill("100 mm")
+    assert page.evaluate(DROPPED, ["prüfstand.csv", text]) is True
+    page.get_by_text("log: prüfstand.csv", exact=True).wait_for()
+    page.locator("#track").click()
+    page.locator("#track-picture .uplot").wait_for()
+    assert "largest" in said.inner_text() or "position" in said.inner_text()
+    wrong, right = tmp_path / "druck.csv", tmp_path / "weg.csv"
+    wrong.write_text("Zeit [s];Druck [bar]\n0,0;1,5\n0,1;2,5\n")
+    right.write_text("Zeit [s];Weg [mm]\n0,0;100,5\n0,1;100,5\n")
+    page.locator("#upload-truth input[type=file]").set_input_files(wrong)
+    wait(page, lambda: "druck.csv: missing columns time_s, position_m" in said.inner_text())
+    page.get_by_text("truth: none", exact=True).wait_for()
+    page.locator("#upload-truth input[type=file]").set_input_files(right)
+    wait(page, lambda: "weg.csv: taken as the true position, of 'Weg [mm]' in mm, 2 samples" in said.inner_text())

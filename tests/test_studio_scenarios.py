@@ -11,15 +11,17 @@ import pytest
 
 import ramsight
 from ramsight import machine
+from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 from ramsight.studio import storyteller
 from ramsight.studio.playing import ENDS, Playing
 from ramsight.studio.rig import Rig
-from ramsight.studio.said import LEVELS, SILENT, UNCHECKED, of_estimate, of_verdict
+from ramsight.studio.said import LETTERS, LEVELS, SILENT, UNCHECKED, of_estimate, of_verdict
 from ramsight.studio.scenarios import FIRST, NOTHING, SCENARIOS
 from ramsight.studio.status_bar import status_help
 from ramsight.studio.storyteller import MISSED, Scenario, Scene, Storyteller
+from ramsight.studio.worker import _edges as edges_of  # of a strip's band
 from ramsight.studio.worker import _said as said_of  # what a frame has of a unit
 from ramsight.tracking.comparing import ALERTS, Verdict
 
@@ -206,6 +208,27 @@ def test_lines_of_sensors_that_are_close_in_colour_differ_by_their_dashes():
     dashes = dict(re.findall(r"(\w+): (\[[\d, ]+\])", table))
     assert set(dashes) == {"balance", "unreferenced", "table", "second"}  # `true` and `kalman` are drawn through
     assert len(set(dashes.values())) == len(dashes)
+
+
+def test_levels_differ_by_letters_and_lines_without_colour():
+    assert len(set(LETTERS.values())) == len(LEVELS) == len(LETTERS)
+    (table,) = re.findall(r"const LINES = \{(.*?)\};", (ASSETS / "status.js").read_text(encoding="utf-8"))
+    lines = dict(re.findall(r'(\w[\w ]*)"?: (\[\[.*?\]\])', table))
+    assert set(lines) == set(LEVELS) - {"ok", SILENT}  # those two differ by their lightness
+    assert len(set(lines.values())) == len(lines)
+
+
+def test_a_band_is_within_the_stroke_and_all_of_it_where_nothing_is_known():
+    nan = math.nan
+    for position, std, status, ends in (
+        (nan, nan, Status.NOT_REFERENCED, (0.0, 700.0)),
+        (0.6, 0.2, Status.REFERENCE_DUE, (600.0 - 1e3 * TWO_SIDED_95 * 0.2, 700.0)),
+        (0.1, 0.2, Status.REFERENCE_DUE, (0.0, 100.0 + 1e3 * TWO_SIDED_95 * 0.2)),
+        (0.9, 0.01, Status.TOO_UNCERTAIN, (700.0, 700.0)),
+        (0.3, nan, Status.OK, (None, None)),
+    ):
+        assert edges_of(Estimate(position, std, 0.0, nan, status), 0.7) == pytest.approx(ends, abs=1e-3)
+    assert edges_of(None, 0.7) == (None, None)
 
 
 def test_nothing_but_ok_is_green():

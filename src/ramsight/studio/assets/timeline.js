@@ -79,7 +79,7 @@ studio.timeline = (() => {
     ctx.fillStyle = studio.css("--paper");
     ctx.fillRect(0, 0, sheet.width, sheet.height);
     let y = 0;
-    for (const { plot, title: bare } of all) {
+    for (const { plot, place, title: bare } of all) {
       const title = studio.heading(bare);
       ctx.font = `600 ${13 * ratio}px sans-serif`;
       ctx.fillStyle = studio.css("--ink");
@@ -92,6 +92,8 @@ studio.timeline = (() => {
         ctx.fillText(one.label, x, y + 0.75 * head);
         x += ctx.measureText(one.label).width + 12 * ratio;
       }
+      ctx.fillStyle = studio.css("--ink");
+      if (place.id === "strip-status") ctx.fillText([...document.querySelectorAll("#strip-key [data-level]")].map((one) => one.textContent).join(", "), x, y + 0.75 * head);
       ctx.drawImage(plot.ctx.canvas, 0, y + head);
       y += head + plot.ctx.canvas.height;
     }
