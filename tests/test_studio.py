@@ -168,8 +168,8 @@ def test_a_link_names_the_tab_that_is_open():
         ("leak", "3.01"), ("leak", "0.49"), ("leak", "nan"), ("leak", "inf"), ("leak", ""), ("leak", "\u0661"),
         ("leak", "1_0"), ("leak", "1e999"), ("leak", "9" * 900), ("load", "-1"), ("speed", "51"), ("speed", "-1"),
         ("faults", "fire"), ("faults", "torque,"), ("sensors", "kalman;balance"), ("duty", "none"), ("hold", "1"),
-        ("play", "<script>"), ("play", ""), ("strips", "position,\n"), ("tab", "Live,Logs"), ("x", "1"), ("", ""), ("unit", "x" * 2000),
-        ("\r\nset-cookie", "a"),
+        ("play", "<script>"), ("play", ""), ("strips", "position,\n"), ("tab", "Live,Logs"), ("x", "1"), ("", ""),
+        ("unit", "x" * 2000), ("\r\nset-cookie", "a"),
     ],
 )  # fmt: skip
 def test_what_a_link_cannot_hold_is_refused_in_one_line(name, value):

@@ -1135,10 +1135,11 @@ def test_words_that_come_move_no_card(page, loader):
 def test_a_page_that_is_loaded_again_keeps_tab_and_setting_and_says_what_is_gone(page):
     page.get_by_role("switch", name="torque frozen").click()
     wait(page, lambda: "faults=torque" in page.url)
+    page.get_by_role("button", name="drive", exact=True).click()
     page.get_by_role("tab", name="Logs").click()
     page.locator("#upload-log input[type=file]").set_input_files(TRACES / "boom_441kN_40C.csv.gz")
     wait(page, lambda: "3 channels" in page.locator("#log-said").inner_text())
-    wait(page, lambda: page.url.endswith("&tab=Logs"))
+    wait(page, lambda: page.url.endswith("&strips=position,error,status,pressure&tab=Logs"))
     page.reload()
     page.locator("#upload-log").wait_for()
     page.get_by_role("tab", name="Live").click()
@@ -1146,6 +1147,7 @@ def test_a_page_that_is_loaded_again_keeps_tab_and_setting_and_says_what_is_gone
     said = page.locator("#reloaded").inner_text()
     assert "the machine begins anew" in said
     assert "The log boom_441kN_40C.csv.gz is gone" in said
+    assert not page.locator("#strip-drive").is_visible()
     wait(page, lambda: "tab=" not in page.url)
 
 

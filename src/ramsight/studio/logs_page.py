@@ -127,7 +127,9 @@ class _LogsPage:
 
         async def remove() -> None:
             if self.files.pop(role, None) is not None:
-                await self._stop()
+                if self.looks != "log":  # which goes on without it
+                    self._look_no_more()
+                    await self._stop()
                 self._forget()
                 named.set_text(f"{role}: none")
 
@@ -153,7 +155,7 @@ class _LogsPage:
         self.named[role].set_text(f"{role}: {name}")
         if role == "log":
             self.client.run_javascript(f"studio.holds('log', {json.dumps(name)})")
-            await self._stop()
+            self._look_no_more()
             self.channels.clear()
             self.map.set_value("")
             self.choosing.set_visibility(False)
@@ -172,8 +174,12 @@ class _LogsPage:
         file = self.files[role]
         self._forget()
         self._say(f"{file.name}: looked through …")
+        self.looks = role  # before anything is awaited: who asks for a track from now on waits
         await self._work(propose if role == "log" else look_at_truth, str(file))
-        self.looks = role
+
+    def _look_no_more(self) -> None:
+        self.looks = ""
+        self.waiting.clear()
 
     def _proposed(self, found: dict[str, Any]) -> None:
         self._say(f"{self.files['log'].name}: {len(found['channels'])} channels")
@@ -205,8 +211,7 @@ class _LogsPage:
 
     async def _stop(self) -> None:
         """Stop whatever is still going on; what it has said and nobody has heard is dropped."""
-        job, self.job, self.looks = self.job, None, ""
-        self.waiting.clear()
+        job, self.job = self.job, None
         if job is not None:
             await run.io_bound(job.stop)
 

@@ -14,17 +14,18 @@
       one.setAttribute("aria-pressed", `${names.includes(one.dataset.strip)}`);
       put(one.dataset.strip, isOn(one));
     }
+    [strips, most] = [names, buttons().length];
   };
 
   const LATER = 300; // ms, in which several changes of the address become one: browsers limit them
-  let asked = null, tab = "Live", waits = 0;
+  let asked = null, tab = "Live", waits = 0, strips = null, most = 0;
 
   // The server knows what the machine is set to, the page what is looked at of it.
   function described() {
-    const found = new URLSearchParams(asked ?? location.search), all = buttons(), on = all.filter(isOn).map((one) => one.dataset.strip);
+    const found = new URLSearchParams(asked ?? location.search);
     const say = (name, value) => (value ? found.set(name, value) : found.delete(name));
-    say("unit", studio.shown() !== Object.keys(studio.units)[0] && studio.shown());
-    if (all.length) say("strips", on.length < all.length && (on.join(",") || "none")); // another tab has no buttons
+    if (studio.shown()) say("unit", studio.shown() !== Object.keys(studio.units)[0] && studio.shown());
+    if (strips) say("strips", strips.length < most && (strips.join(",") || "none"));
     say("tab", tab !== "Live" && tab);
     const query = found.toString().replaceAll("%2C", ",");
     return `${location.origin}${location.pathname}${query && "?"}${query}`;
@@ -70,6 +71,7 @@
     if (!button) return;
     button.setAttribute("aria-pressed", `${!isOn(button)}`);
     put(button.dataset.strip, isOn(button));
+    strips = buttons().filter(isOn).map((one) => one.dataset.strip); // kept: another tab has no buttons
     studio.renew();
   });
 })();
