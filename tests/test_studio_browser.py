@@ -1145,7 +1145,7 @@ def test_a_page_that_is_loaded_again_keeps_tab_and_setting_and_says_what_is_gone
     page.get_by_role("tab", name="Live").click()
     page.get_by_role("switch", name="torque frozen", checked=True).wait_for()
     said = page.locator("#reloaded").inner_text()
-    assert "the machine begins anew" in said
+    assert "the machine begins from the start" in said
     assert "The log boom_441kN_40C.csv.gz is gone" in said
     assert not page.locator("#strip-drive").is_visible()
     wait(page, lambda: "tab=" not in page.url)

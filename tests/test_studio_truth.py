@@ -26,7 +26,7 @@ def test_a_file_of_ours_is_taken_as_it_is(tmp_path):
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
-def test_a_german_file_is_written_anew_in_metres(tmp_path, encoding):
+def test_a_german_file_is_rewritten_in_metres(tmp_path, encoding):
     file = tmp_path / "weg.txt"
     text = "Zeit [ms];Kolbenweg (mm);Druck [bar];Überlauf\n0;1,5;3,0;1\n10;2,5;3,0;1\n20;;3;1\n"
     file.write_bytes(text.encode(encoding))

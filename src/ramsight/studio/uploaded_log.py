@@ -122,7 +122,7 @@ def propose(say: Say, file: str) -> None:
 def look_at_truth(say: Say, file: str) -> None:
     """Read a file of the true position; says ``truth``: `said`, and the `file` to be used; or ``error``.
 
-    A table with other columns than ours is written anew with ours, in its place, where one of them alone is a length
+    A table with other columns than ours is rewritten with ours, in its place, where one of them alone is a length
     by its name and unit.
     """
     with _answering(Path(file).parent, say) as tell:

@@ -49,7 +49,7 @@
   studio.begun = () => {
     const place = document.getElementById("reloaded"), again = performance.getEntriesByType("navigation")[0]?.type === "reload";
     const { log, machine } = lost;
-    if (place && again) place.textContent = "The page was loaded again: the machine begins anew, as it was set."
+    if (place && again) place.textContent = "The page was loaded again: the machine begins from the start, in the same setting."
       + (machine ? ` The description of ${machine} runs no more: let it run again from the tab Machines.` : "")
       + (log ? ` The log ${log} is gone: drop it again.` : "");
   };
