@@ -70,6 +70,27 @@ def export_c(
     say(f"{out}: {', '.join(sorted(done.files))} written")
 
 
+def export_wasm(
+    machine: Machine,
+    out: Annotated[Path, typer.Option(help="Directory for the module; made if it is not there.")],
+    unit: SensedUnit = None,
+) -> None:
+    """Write the kalman sensor as WebAssembly with an ES module, for browsers, Node, Node-RED and edge gateways.
+
+    The C of 'export c' is compiled by zig (pip install "ramsight[platforms]"). The module imports nothing. With it are
+    TypeScript types, and golden samples that run once where Node is installed.
+
+    Example: ramsight export wasm mining-loader --unit boom --out boom-wasm
+    """
+    unit = named_unit(machine, unit)
+    from ramsight.api.exporting import export_wasm as export_unit
+
+    done = export_unit(machine, unit, out=out, progress=True)
+    say(f"{done.bytes} bytes of WebAssembly")
+    say(done.tested or "no Node was found: nothing was run")
+    say(f"{out}: {', '.join(sorted(done.files))} written")
+
+
 def export_fmu(
     machine: Machine,
     out: Annotated[Path, typer.Option(help="The FMU: .fmu.")],
