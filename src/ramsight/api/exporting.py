@@ -10,6 +10,7 @@ from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
 from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
 from ramsight.deploy.machine_parameters import write_parameters
+from ramsight.deploy.page import SHOWN, write_page
 from ramsight.deploy.platforms import platforms_of
 from ramsight.deploy.profiles import profile_of
 from ramsight.deploy.ssp import WrittenSsp, write_ssp
@@ -236,6 +237,32 @@ def export_wasm(
     described, name = _unit_of(machine, unit)
     with advancing(WASM_STEPS, "exporting", shown=progress) as advance:
         return write_wasm(described, name, out, advance=advance)
+
+
+@by_kind
+def export_page(*, out: str | Path, progress: bool = False) -> int:
+    """Write one HTML file that tries sensors of the catalogue in a browser, on an example log or one's own.
+
+    It works from a disk, without a network, and sends nothing. It needs the extra ``platforms``.
+
+    Args:
+        out: the file, `.html`.
+        progress: show a bar on a terminal if it takes long.
+
+    Returns:
+        Its size [bytes].
+
+    Raises:
+        CompilerError: the package ziglang is missing.
+        OutputError: the file cannot be written.
+
+    Example:
+        >>> import ramsight, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:  # doctest: +SKIP
+        ...     ramsight.export_page(out=f"{folder}/try.html")
+    """
+    with advancing(len(SHOWN), "exporting", shown=progress) as advance:
+        return write_page(out, advance=advance)
 
 
 @by_kind

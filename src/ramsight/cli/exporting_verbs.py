@@ -91,6 +91,21 @@ def export_wasm(
     say(f"{out}: {', '.join(sorted(done.files))} written")
 
 
+def export_page(
+    out: Annotated[Path, typer.Option(help="The page: .html.")],
+) -> None:
+    """Write one HTML file that tries sensors of the catalogue in a browser: an example log, or your own CSV.
+
+    It works from a disk, without a network, and sends nothing. It needs pip install "ramsight[platforms]".
+
+    Example: ramsight export page --out try.html
+    """
+    from ramsight.api.exporting import export_page as export_file
+
+    size = export_file(out=out, progress=True)
+    say(f"{out}: written, {size} bytes; open it in a browser")
+
+
 def export_fmu(
     machine: Machine,
     out: Annotated[Path, typer.Option(help="The FMU: .fmu.")],
