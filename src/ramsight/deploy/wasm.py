@@ -242,5 +242,7 @@ def _tested(folder: Path) -> str:
     node = shutil.which("node")
     if node is None:
         return ""
-    said = run([node, "test.mjs"], folder)
-    return f"Node {run([node, '--version'], folder).strip()}: {_SAID.findall(said)[0]}"
+    with tempfile.TemporaryDirectory() as place:  # Node runs nothing in a folder whose name is not UTF-8
+        copied = shutil.copytree(folder, Path(place) / "export")
+        said = run([node, "test.mjs"], copied)
+        return f"Node {run([node, '--version'], copied).strip()}: {_SAID.findall(said)[0]}"

@@ -57,7 +57,7 @@ async function slotsWork() {
   if (back.resume(INSTANCE + 1, ...slots) !== "nothing") return false;
   slots[0][16] ^= 1;
   if (back.resume(INSTANCE, ...slots) !== "older") return false;
-  return back.resume(INSTANCE, slots[0], slots[1].slice(1)) === "nothing";
+  return back.resume(INSTANCE, slots[0], Uint8Array.of(...slots[1], 0)) === "nothing"; // too long
 }
 
 const sensor = await createSensor();
