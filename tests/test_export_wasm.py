@@ -159,4 +159,7 @@ def test_a_package_that_is_missing_is_named_before_the_work(tmp_path, monkeypatc
     monkeypatch.setitem(sys.modules, "ziglang", None)
     with pytest.raises(CompilerError, match=r"needs the package ziglang: pip install .ramsight\[platforms\]"):
         write_wasm(LOADER, "boom", tmp_path / "boom")
+    done = CliRunner().invoke(app, ["export", "page", "--out", str(tmp_path / "try.html")])
+    assert done.exit_code != 0
+    assert isinstance(done.exception, CompilerError)
     assert list(tmp_path.iterdir()) == []
