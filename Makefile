@@ -120,6 +120,7 @@ docs: $(DOCS_INSTALLED)
 site: $(DOCS_INSTALLED)
 	rm -rf $(SITE) docs/gallery
 	$(BIN)/python -m sphinx -q -W --keep-going -n -E -b html -d build/doctrees docs $(SITE)
+	$(BIN)/ramsight export page --out $(SITE)/try.html
 	$(BIN)/python docs/built.py $(SITE) --done
 
 # What writes the bill of materials is in an environment of its own, as what audits the pins.

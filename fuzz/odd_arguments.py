@@ -82,6 +82,7 @@ def prepare(folder: Path) -> dict[str, Tried]:
         "derive_tolerance": {**with_log, **chances}, "diagnostic_coverage": {"file": "x.csv"}, "draw": of_boom,
         "drive_report": {"run": run}, "duty_for": {**of_boom, "load": _LOAD}, "export_c": {**press, "out": "c"},
         "export_fmeda": {**press, "out": "f.csv"}, "export_fmu": {**press, "out": "f.fmu"},
+        "export_page": {"out": "p.html"}, "export_wasm": {**press, "out": "w"},
         "export_parameters": {**press, "out": "p.h"}, "export_ssp": {**press, "out": "p.ssp"}, "identify": with_log,
         "identify_values": {**press, "runs": []}, "leak_test": with_log, "lift_lower": {**of_boom, "load": _LOAD},
         "load_machine": {"name_or_path": "press"}, "named_faults": {"tracked": track}, "open_log": {"path": "x.csv"},

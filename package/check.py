@@ -34,6 +34,8 @@ NEEDED = (
     "ramsight/py.typed",
     "ramsight/machine/catalogue/machines/mining-loader.toml",
     "ramsight/deploy/c/sensor.c",
+    "ramsight/deploy/web/sensor.mjs",
+    "ramsight/deploy/web/page/page.html",
     "ramsight/deploy/encoder/ramsight-encoder.eds",
     "ramsight/studio/assets/studio.js",
     "ramsight/studio/assets/uPlot.LICENSE",

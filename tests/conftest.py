@@ -35,7 +35,7 @@ LONG = (
     "export_control", "export_visits", "export_fmu", "export_profiles", "export_watch", "effects", "datasheet",
     "drive_check", "commissioning_changes", "export_ssp", "docs", "fit_track", "unit_control", "kalman", "imports",
     "sensor_circuits", "core_alone", "watch", "cli_machine", "encoder_beside", "export_power", "export_platforms",
-    "optimized", "plant", "directional", "export_parameters",
+    "optimized", "plant", "directional", "export_parameters", "export_page", "export_wasm",
 )  # fmt: skip
 
 

@@ -100,7 +100,7 @@ def test_a_binary_says_what_python_says(tmp_path, name):
     (reals,) = [line.split()[2] for line in config.splitlines() if line.startswith("#define REALS")]
     (tmp_path / "importer.c").write_text(IMPORTER)
     target, program = PLATFORMS[name].target, tmp_path / ("importer.exe" if name == "win64" else "importer")
-    zig, more = platforms._zig(), [] if name == "win64" else ["-ldl"]
+    zig, more = platforms.zig_for("a test"), [] if name == "win64" else ["-ldl"]
     run([zig, "cc", "-target", target, "-O1", f"-DSTATUS={reals}", "importer.c", "-o", program.name, *more], tmp_path)
     rows, start = faulty_day(unit, duration=45.0, every=30.0, seed=4)
     rows = rows[rows[:, 0] == np.maximum.accumulate(rows[:, 0])]  # no importer steps back
@@ -128,7 +128,7 @@ def test_what_is_asked_for_is_built_and_nothing_else(tmp_path, monkeypatch):
         (folder / command[command.index("-o") + 1]).write_bytes(b"library")
 
     monkeypatch.setattr(platforms, "run", compiler)
-    monkeypatch.setattr(platforms, "_zig", lambda: "zig")
+    monkeypatch.setattr(platforms, "zig_for", lambda use: "zig")
     assert binaries({"a.c": ""}, "boom", 3, ["win64", "darwin-arm64"]) == {
         "binaries/x86_64-windows/boom.dll": b"library",
         "binaries/aarch64-darwin/boom.dylib": b"library",

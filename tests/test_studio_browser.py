@@ -27,25 +27,13 @@ import ramsight
 from ramsight.cli import app
 from ramsight.studio.session import STANDS
 
+from .chromium import launched, violations
 from .waiting import PATIENCE, wait_for
 
 pytestmark = pytest.mark.slow
 
-playwright = pytest.importorskip("playwright.sync_api", reason="needs playwright (extra dev)")
-axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="needs axe-core (extra dev)")
 pytest.importorskip("nicegui", reason="needs the extra studio")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-if CHROMIUM is None:
-    pytest.skip("needs a Chromium", allow_module_level=True)
 
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 TRACES = Path(__file__).parent / "traces"
 READY = 1e3 * PATIENCE  # ms, until a machine runs; whatever has to be compiled is in it
 
@@ -102,10 +90,8 @@ def loader():
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
-    with playwright.sync_playwright() as p:
-        found = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+    with launched() as found:
         yield found
-        found.close()
 
 
 @pytest.fixture
@@ -944,10 +930,7 @@ def serious(page):
             page.wait_for_function(
                 "dark => document.body.classList.contains('body--dark') === dark", arg=scheme == "dark"
             )
-            for one in axe.Axe().run(page).response["violations"]:
-                if one["impact"] in ("serious", "critical"):
-                    places = [node["html"][:200] for node in one["nodes"]]
-                    wrong.append((width, scheme, one["impact"], one["id"], places))
+            wrong += [(width, scheme, *one) for one in violations(page)]
     return wrong
 
 

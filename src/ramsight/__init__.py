@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ramsight.api.commissioning import commission
     from ramsight.api.drawing import draw
     from ramsight.api.duties import duty_for, lift_lower
-    from ramsight.api.exporting import export_c, export_fmu, export_parameters, export_ssp
+    from ramsight.api.exporting import export_c, export_fmu, export_page, export_parameters, export_ssp, export_wasm
     from ramsight.api.fmeda_tables import diagnostic_coverage, export_fmeda
     from ramsight.api.live_plant import LivePlant
     from ramsight.api.machines import catalogue
@@ -101,8 +101,10 @@ __all__ = [
     "export_c",
     "export_fmeda",
     "export_fmu",
+    "export_page",
     "export_parameters",
     "export_ssp",
+    "export_wasm",
     "identify",
     "identify_values",
     "leak_test",
@@ -126,7 +128,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.shared_reports": ("check_shared",),
         "api.drawing": ("draw",),
         "api.duties": ("duty_for", "lift_lower"),
-        "api.exporting": ("export_c", "export_fmu", "export_parameters", "export_ssp"),
+        "api.exporting": ("export_c", "export_fmu", "export_page", "export_parameters", "export_ssp", "export_wasm"),
         "api.fmeda_tables": ("diagnostic_coverage", "export_fmeda"),
         "api.live_plant": ("LivePlant",),
         "api.machines": ("catalogue",),

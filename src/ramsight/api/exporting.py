@@ -10,9 +10,12 @@ from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
 from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
 from ramsight.deploy.machine_parameters import write_parameters
+from ramsight.deploy.page import SHOWN, write_page
 from ramsight.deploy.platforms import platforms_of
 from ramsight.deploy.profiles import profile_of
 from ramsight.deploy.ssp import WrittenSsp, write_ssp
+from ramsight.deploy.wasm import STEPS as WASM_STEPS
+from ramsight.deploy.wasm import WrittenWasm, write_wasm
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
 from ramsight.machine import AnyMachine, load_machine, only_unit
@@ -199,6 +202,67 @@ def export_ssp(
         platforms=platforms_of(platforms),
         compiler=_compiler(compiler),
     )
+
+
+@by_kind
+def export_wasm(
+    machine: AnyMachine, unit: str | None = None, *, out: str | Path, progress: bool = False
+) -> WrittenWasm:
+    """Write the kalman sensor of a unit as WebAssembly with an ES module, for browsers, Node and gateways.
+
+    It needs the extra ``platforms``. Where Node is installed the golden samples are run once.
+
+    Args:
+        machine: a machine, its name or file.
+        unit: name of the unit; may be left out where there is only one.
+        out: the folder; made if it is not there, files of an earlier export are replaced.
+        progress: show a bar on a terminal if it takes long.
+
+    Returns:
+        The folder, the names of its files, the size of the module [bytes], and what the golden samples said.
+
+    Raises:
+        CompilerError: the package ziglang is missing, or the golden samples fail.
+        DescriptionError: the machine cannot be read, or has several units and none is named.
+        UnknownNameError: no such machine or unit.
+        OutputError: the folder cannot be written.
+
+    Example:
+        >>> import ramsight, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     done = ramsight.export_wasm("mining-loader", "boom", out=f"{folder}/boom-wasm")
+        >>> "ramsight_boom.wasm" in done.files, done.bytes < 200_000
+        (True, True)
+    """
+    described, name = _unit_of(machine, unit)
+    with advancing(WASM_STEPS, "exporting", shown=progress) as advance:
+        return write_wasm(described, name, out, advance=advance)
+
+
+@by_kind
+def export_page(*, out: str | Path, progress: bool = False) -> int:
+    """Write one HTML file that tries sensors of the catalogue in a browser, on an example log or one's own.
+
+    It works from a disk, without a network, and sends nothing. It needs the extra ``platforms``.
+
+    Args:
+        out: the file, `.html`.
+        progress: show a bar on a terminal if it takes long.
+
+    Returns:
+        Its size [bytes].
+
+    Raises:
+        CompilerError: the package ziglang is missing.
+        OutputError: the file cannot be written.
+
+    Example:
+        >>> import ramsight, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:  # doctest: +SKIP
+        ...     ramsight.export_page(out=f"{folder}/try.html")
+    """
+    with advancing(len(SHOWN), "exporting", shown=progress) as advance:
+        return write_page(out, advance=advance)
 
 
 @by_kind

@@ -70,6 +70,42 @@ def export_c(
     say(f"{out}: {', '.join(sorted(done.files))} written")
 
 
+def export_wasm(
+    machine: Machine,
+    out: Annotated[Path, typer.Option(help="Directory for the module; made if it is not there.")],
+    unit: SensedUnit = None,
+) -> None:
+    """Write the kalman sensor as WebAssembly with an ES module, for browsers, Node, Node-RED and edge gateways.
+
+    The C of 'export c' is compiled by zig (pip install "ramsight[platforms]"). The module imports nothing. With it are
+    TypeScript types, and golden samples that run once where Node is installed.
+
+    Example: ramsight export wasm mining-loader --unit boom --out boom-wasm
+    """
+    unit = named_unit(machine, unit)
+    from ramsight.api.exporting import export_wasm as export_unit
+
+    done = export_unit(machine, unit, out=out, progress=True)
+    say(f"{done.bytes} bytes of WebAssembly")
+    say(done.tested or "no Node was found: nothing was run")
+    say(f"{out}: {', '.join(sorted(done.files))} written")
+
+
+def export_page(
+    out: Annotated[Path, typer.Option(help="The page: .html.")],
+) -> None:
+    """Write one HTML file that tries sensors of the catalogue in a browser: an example log, or your own CSV.
+
+    It works from a disk, without a network, and sends nothing. It needs pip install "ramsight[platforms]".
+
+    Example: ramsight export page --out try.html
+    """
+    from ramsight.api.exporting import export_page as export_file
+
+    size = export_file(out=out, progress=True)
+    say(f"{out}: written, {size} bytes; open it in a browser")
+
+
 def export_fmu(
     machine: Machine,
     out: Annotated[Path, typer.Option(help="The FMU: .fmu.")],

@@ -19,7 +19,7 @@ from ramsight.deploy.c_text import headings, indented, template
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
 from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.credentials import Export, credentials
-from ramsight.deploy.golden import SAMPLES, faulty_day
+from ramsight.deploy.golden import SAMPLES, Array, faulty_day
 from ramsight.deploy.profiles import Profile
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
@@ -173,13 +173,27 @@ def _check_floats(unit: HydraulicUnit) -> None:
 
 def _with_rows(plain: SensorSource, sensor: VirtualSensor, unit: HydraulicUnit) -> tuple[SensorSource, int]:
     """A sensor's C with rows of a day of faults and the reports of Python's sensor on them, and the number of rows."""
+    rows, said, start = golden_samples(sensor, unit)
+    return golden_source(plain, rows, said, start, START_STD, sensor.further), len(rows)
+
+
+def golden_samples(sensor: VirtualSensor, unit: HydraulicUnit) -> tuple[Array, Array, float]:
+    """A day of faults and what Python's sensor says of it, which starts at the true position with `START_STD`.
+
+    Args:
+        sensor: the `kalman` sensor of the unit; it is started.
+        unit: the unit.
+
+    Returns:
+        Samples, shape (samples, 5 and more) as `faulty_day` has them; position [m], its standard deviation [m],
+        velocity [m/s], load [N] and status, shape (samples, 5); and the position at the start [m].
+    """
     rows, start = faulty_day(unit, duration=45.0, every=30.0, seed=1, further=sensor.further)
     rows = rows[:SAMPLES]
     sensor.start(start)
     state = sensor.initial.copy()
     state[:] = [sensor.state[name] for name in sensor.recursion.state]
-    said = replay(sensor.recursion, inputs_of(rows), sensor.parameters, state)[:, :5]
-    return golden_source(plain, rows, said, start, START_STD, sensor.further), len(rows)
+    return rows, replay(sensor.recursion, inputs_of(rows), sensor.parameters, state)[:, :5], start
 
 
 def _control(options: ControlOptions, unit: HydraulicUnit, prefix: str, machine: str) -> SensorSource:

@@ -203,17 +203,37 @@ def unit_table(sensor: VirtualSensor) -> str:
     Args:
         sensor: the `kalman` sensor of the unit.
     """
-    rows = [
-        ("`in.time`", "s", "of any clock; only differences count"),
-        ("`in.motor_speed`", "rad/s", "positive extends"),
-        ("`in.motor_torque`", "N m", ""),
-        ("`in.oil_temperature`", "K", ""),
-    ]
-    rows += [(f"`in.{name}`", "1", "command, -1 to 1") for name in sensor.commands]
-    rows += [(f"`in.{name}`", *MEASURED[name]) for name in sensor.optional]
-    for name in sensor.recursion.outputs:
-        rows.append((f"`out.{name}`", sensor.units.get(name, ""), meaning(name) if name != "status" else "see below"))
-    return "\n".join(f"| {name} | {unit} | {words} |" for name, unit, words in rows)
+    rows = [(f"in.{name}", *said) for name, said in input_words(sensor).items()]
+    rows += [(f"out.{name}", *said) for name, said in output_words(sensor).items()]
+    return "\n".join(f"| `{name}` | {unit} | {words} |" for name, unit, words in rows)
+
+
+def input_words(sensor: VirtualSensor) -> dict[str, tuple[str, str]]:
+    """Unit and meaning of each input, in the order in which C has them.
+
+    Args:
+        sensor: the `kalman` sensor of the unit.
+    """
+    return {
+        "time": ("s", "of any clock; only differences count"),
+        "motor_speed": ("rad/s", "positive extends"),
+        "motor_torque": ("N m", ""),
+        "oil_temperature": ("K", ""),
+        **dict.fromkeys(sensor.commands, ("1", "command, -1 to 1")),
+        **{name: MEASURED[name] for name in sensor.optional},
+    }
+
+
+def output_words(sensor: VirtualSensor) -> dict[str, tuple[str, str]]:
+    """Unit and meaning of each output, in the order in which C has them; of the status, where to look.
+
+    Args:
+        sensor: the `kalman` sensor of the unit.
+    """
+    return {
+        name: (sensor.units.get(name, ""), "see below" if name == "status" else meaning(name))
+        for name in sensor.recursion.outputs
+    }
 
 
 def machine_table(sensor: VirtualSensor, prefix: str) -> MachineTable:

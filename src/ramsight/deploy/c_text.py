@@ -14,10 +14,14 @@ from ramsight._version import __version__
 from ramsight.deploy.c_function import literal
 
 
-def template(name: str, **values: object) -> str:
-    """A file of `deploy/c` with the places `${...}` filled in."""
-    text = (resources.files("ramsight.deploy") / "c" / name).read_text(encoding="utf-8")
-    return Template(text).substitute({key: str(value) for key, value in values.items()})
+def template(file: str, /, **values: object) -> str:
+    """A file of `deploy/c`, or a path in `deploy`, with the places `${...}` filled in."""
+    return Template(asset(file if "/" in file else f"c/{file}")).substitute({k: str(v) for k, v in values.items()})
+
+
+def asset(path: str) -> str:
+    """Text of a file in `deploy`, as it is."""
+    return (resources.files("ramsight.deploy") / path).read_text(encoding="utf-8")
 
 
 def headings(prefix: str, machine: str, title: str) -> dict[str, object]:

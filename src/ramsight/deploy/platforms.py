@@ -78,7 +78,7 @@ def binaries(files: Mapping[str, str], identifier: str, fmi: int, names: Iterabl
     """
     found: dict[str, bytes] = {}
     chosen = [PLATFORMS[name] for name in names]
-    zig = _zig() if chosen else ""
+    zig = zig_for("binaries for other platforms") if chosen else ""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         for file, text in files.items():
@@ -92,8 +92,15 @@ def binaries(files: Mapping[str, str], identifier: str, fmi: int, names: Iterabl
     return found
 
 
-def _zig() -> str:
-    """The compiler's path."""
-    package = imported("ziglang", "platforms", lambda text: CompilerError(f"binaries for other platforms: {text}"))
+def zig_for(use: str) -> str:
+    """The path of the C compiler zig.
+
+    Args:
+        use: what it is needed for, as the message begins.
+
+    Raises:
+        CompilerError: the package ziglang is missing.
+    """
+    package = imported("ziglang", "platforms", lambda text: CompilerError(f"{use}: {text}"))
     (place,) = package.__path__
     return str(Path(place) / "zig")

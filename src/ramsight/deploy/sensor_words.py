@@ -26,7 +26,7 @@ _MEANING = {
     "torque_missing": "torque by the drive's power less the reported one, lately",
     "sign_reversed": "evidence that the torque's sign is reversed, over that of an alarm",
 }
-_HYPOTHESES = {
+HYPOTHESES = {
     Kind.DESCRIBED: "both ends of the stroke are where the description has them",
     Kind.LEAKS: "the pumps leak otherwise than described",
     Kind.LOW: "the retracted end is met elsewhere",
@@ -59,7 +59,7 @@ def meaning(name: str) -> str:
     if last == "std":
         return f"standard deviation of {of.replace('_', ' ')}"
     if last == "probability":
-        for kind, words in _HYPOTHESES.items():
+        for kind, words in HYPOTHESES.items():
             if of == kind.text:
                 return f"probability that {words}"
         signal, _, fault = of.rpartition("_")
