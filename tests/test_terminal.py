@@ -69,6 +69,8 @@ VERBS = {
     "export fmu": "{machine} --out {folder}",
     "export ssp": "{machine} --out {folder}",
     "export parameters": "{machine} --out {folder}",
+    "export wasm": "{machine} --out {folder}",
+    "export page": "--out {folder}",
     "export fmeda": "{machine} --out {folder}",
 }
 """Command lines of each verb, all of which have to end by themselves."""

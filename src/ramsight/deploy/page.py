@@ -27,7 +27,7 @@ from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
-from ramsight.units import RPM
+from ramsight.units import FREEZING, RPM
 
 MODULES = ("chart", "columns", "csv", "cylinder", "follow", "pattern")
 """What the page's script imports beside the sensor; files of `deploy/web/page`."""
@@ -37,7 +37,6 @@ _LOADS = (0.1, 0.5)  # shares of what relief pressure holds
 _TEMPERATURE = 313.15  # K
 _DURATION, _VISIT_EVERY = 240.0, 20.0  # s
 _TRUTH_EVERY = 5  # samples
-_ZERO_CELSIUS = 273.15  # K
 
 
 @dataclass(frozen=True)
@@ -135,7 +134,7 @@ def _example(unit: HydraulicUnit) -> tuple[str, str]:
         log["time"].values,
         log["motor_speed"].values / RPM,
         log["motor_torque"].values,
-        log["oil_temperature"].values - _ZERO_CELSIUS,
+        log["oil_temperature"].values - FREEZING,
     ]
     heading = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c"
     truth = np.column_stack([run["time"].values, run["position"].values])[::_TRUTH_EVERY]
