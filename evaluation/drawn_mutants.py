@@ -36,7 +36,7 @@ FILES = (
     "sensor/report/status_rules.py",
 )
 TESTS = (
-    "test_mutants_sensor test_sensor_stages test_repeated_contacts test_emptiness test_mode test_release test_reach "
+    "test_mutants_sensor test_sensor_stages test_repeated_contacts test_emptiness test_mode test_reach "
     "test_pressing test_sensor_pieces test_belief_guards test_hypotheses test_contact test_load_observer "
     "test_reading test_closed_volume test_kalman"
 )
