@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from judged_errors import wrong_and_ok
 from numpy.typing import NDArray
 from recorded import TRACES
 from work_days import data_sheets, drawn
@@ -59,7 +60,6 @@ class Judged:
         """Of the samples there, which have a position; of all samples the share that is ok, and wrong and ok."""
         error, std = self.error[where], self.std[where]
         outside = np.maximum(error - TWO_SIDED_95 * std, 0.0)
-        wrong = (self.status == Status.OK) & (self.error > 4.0 * self.std) & (self.error > 1e-3)
         return {
             "known": float(np.isfinite(self.error).mean()),
             "rms": float(np.sqrt(np.mean(error**2))),
@@ -68,7 +68,7 @@ class Judged:
             "score": float(np.mean(2.0 * TWO_SIDED_95 * std + 40.0 * outside)),  # Gneiting and Raftery, 2007, eq. 43
             "z2": float(np.mean((error / std) ** 2)),
             "ok": float((self.status == Status.OK).mean()),
-            "wrong": float(wrong.mean()),
+            "wrong": float(wrong_and_ok(self.error, self.std, self.status).mean()),
             "beyond": float(np.mean(self.error[where] > self.bound[where])),
         }
 

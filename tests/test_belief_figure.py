@@ -74,7 +74,7 @@ def test_the_picture_has_a_cylinder_for_each_instant(tracer, found):
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles[0] == "0 s, at first: anywhere; not referenced"
     assert titles[-1].endswith("mm; ok")
-    assert "the extended end is elsewhere" in [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "the extended end is met elsewhere" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 def test_the_command_draws_it(tmp_path):

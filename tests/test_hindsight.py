@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import ramsight
 from ramsight.errors import DescriptionError
-from ramsight.hindsight import looking_back
+from ramsight.hindsight import forward
 from ramsight.hindsight.innovations import Innovation, Innovations, mean_range
 from ramsight.hindsight.looking_back import Recalled, looked_back, ways_of
 from ramsight.hindsight.positions import Positions, said_of, truncated
@@ -50,7 +50,7 @@ class Toy:
         shape = (samples, hypotheses)
         before, after = (np.empty((*shape, 2)) for _ in range(2))
         before_p, after_p = (np.empty((*shape, 2, 2)) for _ in range(2))
-        taught = np.zeros(samples)
+        updated = np.zeros(samples)
         for k in range(samples):
             step = self.step(k)
             x, p = step @ x, step @ p @ step.T + np.diag(self.noise)
@@ -60,9 +60,9 @@ class Toy:
                 x = x + gain * (self.at[k] - x[0])
                 a = np.eye(2) - np.outer(gain, [1.0, 0.0])
                 p = a @ p @ a.T + self.R * np.outer(gain, gain)
-                taught[k] = 1.0
+                updated[k] = 1.0
             after[k], after_p[k] = x, p
-        aside = dict.fromkeys(ASIDE, np.zeros(samples)) | {"taught": taught}
+        aside = dict.fromkeys(ASIDE, np.zeros(samples)) | {"updated": updated}
         travel_by = np.column_stack([np.zeros(samples), self.way])
         place = np.tile(np.arange(hypotheses), (samples, 1))
         self.trace = Trace(before, before_p, after, after_p, place, np.zeros(shape, bool), travel_by, aside)
@@ -167,7 +167,7 @@ def test_nothing_of_a_position_is_carried_back_over_its_birth(independent, least
     born, before = 25, []
     for by in (0.0, 0.3):
         toy = Toy(seed=4)
-        toy.trace.independent[born, 0], toy.trace.aside["taught"][born] = independent, 1.0
+        toy.trace.independent[born, 0], toy.trace.aside["updated"][born] = independent, 1.0
         toy.trace.mean[born:, 0, 0] += by
         toy.trace.mean_before[born + 1 :, 0, 0] += by
         smoothed, _ = backward(toy.trace, Ahead.end(toy.trace), STROKE)
@@ -255,7 +255,7 @@ def said(position=0.2, std=1e-3, others=(), status=Status.OK, **aside):
     position, stds = [position, *(one for one, _, _ in others)], [std, *(one for _, one, _ in others)]
     log_weight = np.array([0.0, *(math.log(p) for _, _, p in others)])
     positions = Positions(np.array([position]), np.array([stds]) ** 2, log_weight)
-    zero = dict.fromkeys(("others", "unseen", "unseen_most", "astray", "wrong"), 0.0) | {"width": 1.0}
+    zero = dict.fromkeys(("others", "unseen", "unseen_most", "offset", "wrong"), 0.0) | {"width": 1.0}
     asides = {name: np.array([float(one)]) for name, one in (zero | {"status": status} | aside).items()}
     return {name: one[0] for name, one in said_of(positions, asides, unit()).items()}
 
@@ -273,7 +273,7 @@ def test_another_likely_hypothesis_and_what_no_one_follows_widen_it():
     alone, more = said(), said(others=[(0.24, 1e-3, 0.2)])
     assert more[HIGHEST] > 0.24 > alone[HIGHEST]
     assert said(others_=0.0)["position_std"] < said(unseen=2e-3)["position_std"]
-    assert said(astray=1e-3)["position_std"] == pytest.approx(alone["position_std"] + 1e-3)
+    assert said(offset=1e-3)["position_std"] == pytest.approx(alone["position_std"] + 1e-3)
     assert said(width=2.0)["position_std"] == pytest.approx(2e-3)
     assert said(position=-0.01)["position"] == 0.0
 
@@ -392,7 +392,7 @@ def test_blocks_change_nothing(bucket, monkeypatch):
     tracer.sensor.start(0.4)
     state = tracer.sensor.state
     whole = looked_back(tracer, short, state)
-    monkeypatch.setattr(looking_back, "BLOCK", 1000)
+    monkeypatch.setattr(forward, "BLOCK", 1000)
     parts = looked_back(tracer, short, state)
     for name in ("position", "position_std", "leak_factor", "position_bound"):
         assert np.abs(whole.track[name].values - parts.track[name].values).max() < 1e-9

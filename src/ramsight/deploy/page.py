@@ -5,29 +5,32 @@ from __future__ import annotations
 import gzip
 import json
 from base64 import b64encode
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ramsight._version import __version__
 from ramsight.deploy.c_text import asset, template
 from ramsight.deploy.platforms import zig_for
-from ramsight.deploy.sensor_words import HYPOTHESES
 from ramsight.deploy.wasm import camel, wasm_of
 from ramsight.duty.drive_report import declared_report, reported
 from ramsight.duty.simulate import simulated
 from ramsight.duty.work_day import work_day
+from ramsight.logs.channels import TIME
+from ramsight.logs.drive_log import CHANNELS
 from ramsight.machine import load_machine
 from ramsight.output import check_target, write_text
+from ramsight.output.cells import rows_text
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
-from ramsight.units import FREEZING, RPM
+from ramsight.sensor.kind import Kind
 
 MODULES = ("chart", "columns", "csv", "cylinder", "follow", "pattern")
 """What the page's script imports beside the sensor; files of `deploy/web/page`."""
@@ -103,7 +106,7 @@ def _machine(shown: Shown) -> dict[str, object]:
     unit, cylinder = build(described, shown.unit), described.unit(shown.unit).cylinder
     sensor = kalman(unit)
     made = wasm_of(sensor, unit, described.name)
-    said = {f"{kind.text}_probability": words for kind, words in HYPOTHESES.items()}
+    said = {f"{kind.text}_probability": kind.words for kind in Kind}
     if shown.recorded:
         log, truth = (b64encode((resources.files("ramsight") / name).read_bytes()).decode() for name in shown.recorded)
     else:
@@ -130,23 +133,15 @@ def _example(unit: HydraulicUnit) -> tuple[str, str]:
     real = AsBuilt(**_AS_BUILT).apply(unit)
     run = simulated(real, duty).columns()
     log = reported(run, declared_report(real, 1))
-    columns = [
-        log["time"].values,
-        log["motor_speed"].values / RPM,
-        log["motor_torque"].values,
-        log["oil_temperature"].values - FREEZING,
-    ]
-    heading = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c"
-    truth = np.column_stack([run["time"].values, run["position"].values])[::_TRUTH_EVERY]
-    return (
-        _csv(heading, np.column_stack(columns), ("%.3f", "%.3f", "%.4f", "%.1f")),
-        _csv("time_s,position_m", truth, ("%.2f", "%.6f")),
-    )
+    columns = {TIME: log["time"].values} | {one.column: one.from_si(log[one.name].values) for one in CHANNELS}
+    truth = {TIME: run["time"].values[::_TRUTH_EVERY], "position_m": run["position"].values[::_TRUTH_EVERY]}
+    return _csv(columns, ("%.3f", "%.3f", "%.4f", "%.1f")), _csv(truth, ("%.2f", "%.6f"))
 
 
-def _csv(heading: str, rows: np.ndarray, formats: tuple[str, ...]) -> str:
-    line = ",".join(formats)
-    return "\n".join([heading, *(line % tuple(row) for row in rows.tolist())]) + "\n"
+def _csv(columns: Mapping[str, NDArray[np.float64]], formats: Sequence[str]) -> str:
+    """A table with as many digits as the page needs."""
+    text = rows_text(list(columns.items()), dict(zip(columns, formats, strict=True)))
+    return f"{','.join(columns)}\n{text.decode()}"
 
 
 def _packed(data: bytes) -> str:

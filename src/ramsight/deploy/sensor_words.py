@@ -26,13 +26,6 @@ _MEANING = {
     "torque_missing": "torque by the drive's power less the reported one, lately",
     "sign_reversed": "evidence that the torque's sign is reversed, over that of an alarm",
 }
-HYPOTHESES = {
-    Kind.DESCRIBED: "both ends of the stroke are where the description has them",
-    Kind.LEAKS: "the pumps leak otherwise than described",
-    Kind.LOW: "the retracted end is met elsewhere",
-    Kind.TOP: "the extended end is met elsewhere",
-    Kind.UNKNOWN_POSITION: "the position is unknown",
-}
 _FAULTS = {
     "gain": "a gain",
     "offset": "an offset",
@@ -59,9 +52,9 @@ def meaning(name: str) -> str:
     if last == "std":
         return f"standard deviation of {of.replace('_', ' ')}"
     if last == "probability":
-        for kind, words in HYPOTHESES.items():
+        for kind in Kind:
             if of == kind.text:
-                return f"probability that {words}"
+                return f"probability that {kind.words}"
         signal, _, fault = of.rpartition("_")
         if fault in KINDS:
             return f"probability that what is wrong with the {_report(signal)} is {_FAULTS[fault]}; 0 while nothing is"

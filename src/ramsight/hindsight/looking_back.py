@@ -1,8 +1,5 @@
 """A recorded log, looked back at: forward by the sensor, then backward by the smoother, in blocks.
 
-What the hypotheses are in each sample is too much to be kept. The state at the beginning of each block is, and the
-block is gone through again where the smoother comes to it.
-
 The circuit's equations are linearised at the position of the filter, which begins in the middle of the stroke where no
 start is known. Where the smoothed start is elsewhere, the log is gone through again from there, with as little known of
 it as before: a linearisation point is no evidence.
@@ -10,14 +7,15 @@ it as before: a linearisation point is no evidence.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.hindsight.innovations import NIS, Innovations
-from ramsight.hindsight.positions import ASIDE_SAID, Positions, said_of
+from ramsight.hindsight.forward import Advance, Forward, gone_through, silent
+from ramsight.hindsight.innovations import NIS
+from ramsight.hindsight.positions import ASIDE_SAID, Positions, probabilities, said_of
 from ramsight.hindsight.smoother import Ahead, Smoothed, backward
 from ramsight.hindsight.trace import Tracer
 from ramsight.sensor.quantity import FACTOR_OF, Quantity
@@ -25,9 +23,6 @@ from ramsight.sensor.virtual_sensor import IS_REFERENCED, LIVE, OF_POSITION, POS
 from ramsight.signals import Signal, Signals
 
 Array = NDArray[np.float64]
-Advance = Callable[[float], object]
-BLOCK = 4096
-"""Samples between two states that are kept: some 30 MB of a trace."""
 PASSES = 3
 """How often a log is gone through at most until the smoothed start is where it was linearised."""
 CLOSE = 0.1
@@ -72,23 +67,6 @@ def ways_of(state: Mapping[str, float]) -> int:
 
 
 @dataclass(frozen=True)
-class _Forward:
-    """What is kept of a log that the sensor has gone through.
-
-    Attributes:
-        states: at the beginning of each block, and after the last one.
-        said: what the sensor said, by its names.
-        log_weight: of the hypotheses after the last sample.
-        innovations: the measurements of the place.
-    """
-
-    states: list[Array]
-    said: dict[str, Array]
-    log_weight: Array
-    innovations: Innovations
-
-
-@dataclass(frozen=True)
 class _Backward:
     """What is known by the whole log.
 
@@ -121,7 +99,7 @@ def looked_back(
         advance: is passed the share of a way through the log that was done since the last call, forward and backward,
             of each pass.
     """
-    advance = advance or _silent
+    advance = advance or silent
     order = tracer.sensor.recursion.state
     position, is_known = order.index(POSITION), state[IS_REFERENCED] > 0.0
     inputs = np.concatenate([log_inputs(tracer.sensor, piece) for piece in pieces])
@@ -129,18 +107,18 @@ def looked_back(
     clock = Signal(time, pieces[0]["time"].attrs)
     wanted = [one for one in tracer.names if names is None or one in names or one in JUDGED]
     begun = np.array([state[name] for name in order], dtype=np.float64)
-    gone = _forward(tracer, inputs, time, begun, wanted, advance)
+    gone = gone_through(tracer, inputs, time, begun, wanted, advance)
     said = {name: gone.said[name] for name in JUDGED}
     passes, back = 1, None
     if gone.states[-1][order.index(IS_REFERENCED)] > 0.0:
-        back = _backward(tracer, inputs, gone, advance)
+        back = _backward(gone, advance)
     while back is not None and not is_known and passes < PASSES:
         start, std = back.positions.start
         if abs(start - begun[position]) < CLOSE * std:
             break
         begun[position] = start
-        gone = _forward(tracer, inputs, time, begun, wanted, advance)
-        back, passes = _backward(tracer, inputs, gone, advance), passes + 1
+        gone = gone_through(tracer, inputs, time, begun, wanted, advance)
+        back, passes = _backward(gone, advance), passes + 1
     found = gone.said if back is None else gone.said | back.learned | said_of(back.positions, back.aside, tracer.unit)
     track, live = (said_signals(tracer.sensor, clock, one) for one in (found, said))
     columns = {**track.columns, **{f"{LIVE}{name}": live[name] for name in JUDGED}}
@@ -149,35 +127,17 @@ def looked_back(
     return LookedBack(replace(track, columns=columns), after, passes, gone.innovations.text)
 
 
-def _forward(
-    tracer: Tracer, inputs: Array, time: Array, begun: Array, names: Collection[str], advance: Advance
-) -> _Forward:
-    """The log by the sensor."""
-    states, innovations, log_weight = [begun.copy()], Innovations(), np.empty(0)
-    said = {name: np.empty(len(inputs)) for name in names}
-    for span in _blocks(len(inputs)):
-        state = states[-1].copy()
-        rows = tracer.rows(inputs[span], state)
-        for name, column in said.items():
-            column[span] = rows[:, tracer.names.index(name)]
-        innovations.append(span.start, time[span], tracer.aside(rows))
-        states.append(state)
-        log_weight = tracer.log_weight(rows)[-1].copy()
-        advance(len(rows) / len(inputs))
-    return _Forward(states, said, log_weight, innovations)
-
-
-def _backward(tracer: Tracer, inputs: Array, gone: _Forward, advance: Advance) -> _Backward:
+def _backward(gone: Forward, advance: Advance) -> _Backward:
     """The smoother, block after block from the last one."""
-    stroke, samples = float(tracer.unit.cylinder.stroke), len(inputs)
+    tracer, samples = gone.tracer, len(gone.inputs)
+    stroke = float(tracer.unit.cylinder.stroke)
     unknown = gone.innovations.unknown(gone.said[POSITION])
     hypotheses = len(gone.log_weight)
     position, variance = np.empty((samples, hypotheses)), np.empty((samples, hypotheses))
     found: dict[str, Array] = {}
     ahead: Ahead | None = None
-    for number, span in reversed(list(enumerate(_blocks(samples)))):
-        rows = tracer.rows(inputs[span.start : span.stop + 1], gone.states[number].copy())
-        trace = tracer.trace(rows, unknown[span.start : span.stop + 1])
+    for number, span in reversed(list(enumerate(gone.blocks()))):
+        trace = tracer.trace(gone.rows(number, beyond=1), unknown[span.start : span.stop + 1])
         ahead = ahead or Ahead.end(trace)
         smoothed, ahead = backward(trace, ahead, stroke)
         if span.stop == samples:
@@ -200,15 +160,9 @@ def _learned(smoothed: Smoothed, tracer: Tracer, log_weight: Array) -> dict[str,
             place = known.index(quantity)
             found[f"{name}_factor"] = smoothed.mean[:, likeliest, place]
             found[f"{name}_factor_std"] = np.sqrt(smoothed.variance[:, likeliest, place])
-    chances = np.exp(log_weight - log_weight.max())
-    for kind, chance in zip(tracer.kinds, chances / chances.sum(), strict=True):
+    for kind, chance in zip(tracer.kinds, probabilities(log_weight), strict=True):
         found[f"{kind.text}_probability"] = np.full(len(smoothed.mean), chance)
     return found
-
-
-def _blocks(samples: int) -> Iterator[slice]:
-    """The samples in order."""
-    return (slice(first, min(first + BLOCK, samples)) for first in range(0, samples, BLOCK))
 
 
 class Recalled:
@@ -229,7 +183,3 @@ class Recalled:
         """What is said of the next samples."""
         first, self._done = self._done, self._done + len(piece)
         return self._track.rows(slice(first, self._done))
-
-
-def _silent(share: float) -> None:
-    """No one asks how much is done."""

@@ -29,9 +29,9 @@ from ramsight.sensor.thresholds import END_GIVES
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST
 
 Array = NDArray[np.float64]
-ASIDE_SAID = ("others", "unseen", "unseen_most", "astray", "width", "wrong", "status")
+_BESIDE = ("others", "unseen", "unseen_most", "offset", "width", "wrong")
+ASIDE_SAID = (*_BESIDE, "status")
 """What of a sample's trace is needed beside the hypotheses."""
-_BESIDE = ("others", "unseen", "unseen_most", "astray", "width", "wrong")
 _SAID = ("below", "above", "std", "bound", "due", "too_uncertain")
 _AT_ONCE = 65536  # samples: what is worked out of them takes some megabytes
 _LEAST = 1e-6  # of a probability whose moments are no differences of what is nearly alike
@@ -90,6 +90,17 @@ class Positions:
         return cls(position, variance, log_weight)
 
 
+def probabilities(log_weight: Array) -> Array:
+    """Of hypotheses, by the logarithms of their weights.
+
+    Example:
+        >>> probabilities(np.log([1.0, 3.0])).tolist()
+        [0.25, 0.75]
+    """
+    shares = np.exp(log_weight - log_weight.max())
+    return np.asarray(shares / shares.sum())
+
+
 def truncated(low: float, high: float) -> tuple[float, float]:
     """Mean and variance of a standard normal variable that is between two numbers.
 
@@ -130,7 +141,7 @@ def said_of(positions: Positions, aside: Mapping[str, Array], unit: HydraulicUni
         beside = np.stack([aside[name][span] for name in _BESIDE])
         found[:, span] = function(places, variances, weights, shown[None, span], beside)
     said = dict(zip(_SAID, found, strict=True))
-    off = aside["astray"]
+    off = aside["offset"]
     return {
         "position": shown,
         "position_std": said["std"] + off,
@@ -173,7 +184,7 @@ def _function(hypotheses: int, stroke: float, integrity: AssumedIntegrity) -> ca
         Mixture.of(each, beside["wrong"]),
         beside["width"],
         Reach(-shown, stroke - shown, END_GIVES * stroke + ca.sqrt(widest)),
-        Beside(beside["others"], UnseenLoad(beside["unseen"], beside["unseen_most"]), beside["astray"]),
+        Beside(beside["others"], UnseenLoad(beside["unseen"], beside["unseen_most"]), beside["offset"]),
         scalar(integrity.limit * stroke),
     )
     out = [said.below, said.above, said.std, said.bound]

@@ -78,7 +78,7 @@ def backward(trace: Trace, ahead: Ahead, stroke: float) -> tuple[Smoothed, Ahead
     n, k, size = trace.mean.shape
     mean, variance = np.empty((n - 1, k, size)), np.empty((n - 1, k, size))
     way = np.cumsum(trace.travel_by, axis=0)
-    knots = np.flatnonzero(_taught(trace))
+    knots = np.flatnonzero(_updates(trace))
     ends = [0, *knots[(knots > 0) & (knots < n - 1)].tolist(), n - 1]
     for first, last in zip(ends[-2::-1], ends[:0:-1], strict=True):
         span = slice(first, last)
@@ -94,11 +94,11 @@ def backward(trace: Trace, ahead: Ahead, stroke: float) -> tuple[Smoothed, Ahead
     return Smoothed(mean, np.maximum(variance, 0.0)), ahead
 
 
-def _taught(trace: Trace) -> NDArray[np.bool_]:
+def _updates(trace: Trace) -> NDArray[np.bool_]:
     """Where something was measured, or a hypothesis continues another one."""
     other = (trace.parent != np.arange(trace.parent.shape[1])) | trace.independent
-    taught: NDArray[np.bool_] = (trace.aside["taught"] > 0.0) | (trace.aside["put_back"] != 0.0) | other.any(axis=1)
-    return taught
+    updates: NDArray[np.bool_] = (trace.aside["updated"] > 0.0) | (trace.aside["put_back"] != 0.0) | other.any(axis=1)
+    return updates
 
 
 def _pulls(trace: Trace, at: int, place: NDArray[np.int64], ahead: Ahead, stroke: float) -> tuple[Array, Array]:

@@ -38,13 +38,12 @@ ASIDE = (
     "others",
     "unseen",
     "unseen_most",
-    "astray",
+    "offset",
     "width",
     "wrong",
     "status",
-    "known",
     "by_start",
-    "taught",
+    "updated",
     "put_back",
     "accepted",
     "rejected",
@@ -74,6 +73,15 @@ class Layout:
     def pairs(self) -> tuple[tuple[int, int], ...]:
         """Rows and columns of the upper triangle of a covariance."""
         return tuple(combinations_with_replacement(range(len(self.quantities)), 2))
+
+    @cached_property
+    def square(self) -> NDArray[np.intp]:
+        """Of each entry of a covariance, row by row, its place in the upper triangle."""
+        n = len(self.quantities)
+        place = np.empty((n, n), dtype=np.intp)
+        for k, (i, j) in enumerate(self.pairs):
+            place[i, j] = place[j, i] = k
+        return place.ravel()
 
     @cached_property
     def spans(self) -> Mapping[str, slice]:
@@ -206,11 +214,9 @@ class Tracer:
 
     def _square(self, triangles: Array) -> Array:
         """Covariances of their upper triangles."""
-        n, place = len(self.layout.quantities), np.empty((len(self.layout.quantities),) * 2, dtype=np.intp)
-        for k, (i, j) in enumerate(self.layout.pairs):
-            place[i, j] = place[j, i] = k
+        n = len(self.layout.quantities)
         each = triangles.reshape(len(triangles), self.layout.hypotheses, -1)
-        return each[..., place.ravel()].reshape(*each.shape[:2], n, n)
+        return each[..., self.layout.square].reshape(*each.shape[:2], n, n)
 
 
 def _traced(unit: HydraulicUnit) -> VirtualSensor:
@@ -267,13 +273,12 @@ def _aside(passage: Passage) -> dict[str, Scalar]:
         "others": beside.others,
         "unseen": beside.unseen.std,
         "unseen_most": beside.unseen.most,
-        "astray": beside.astray,
+        "offset": beside.offset,
         "width": passage.after.bank.band_width,
         "wrong": ca.SX(updated.bank.together.wrong),
         "status": aside.status,
-        "known": count(passage.after.position_known),
         "by_start": count(all_of(passage.predicted.bank.state.entered, negated(state.confirmed))),
-        "taught": count(all_of(counts, updated.taught)),
+        "updated": count(all_of(counts, updated.is_update)),
         "put_back": put_back,
         "accepted": count(all_of(counts, measured.accepted)),
         "rejected": count(all_of(counts, measured.rejected)),

@@ -26,7 +26,19 @@ class Kind(IntEnum):
         """Its name in outputs, for example ``described``."""
         return self.name.lower()
 
+    @property
+    def words(self) -> str:
+        """What it takes for true, in words."""
+        return _WORDS[self]
 
+
+_WORDS = {
+    Kind.DESCRIBED: "both ends of the stroke are where the description has them",
+    Kind.LEAKS: "the pumps leak otherwise than described",
+    Kind.LOW: "the retracted end is met elsewhere",
+    Kind.TOP: "the extended end is met elsewhere",
+    Kind.UNKNOWN_POSITION: "the position is unknown",
+}
 KINDS = tuple(Kind)
 """All of them; a smaller sensor has the first, the last, and some between."""
 

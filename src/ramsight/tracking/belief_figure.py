@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.hindsight.forward import gone_through, silent
+from ramsight.hindsight.positions import probabilities
 from ramsight.hindsight.trace import Tracer
 from ramsight.logs.channel_map import AnyMap
 from ramsight.logs.opening import open_signals
@@ -29,17 +31,9 @@ _COLOURS = {
     Kind.DESCRIBED: "#2a6f97", Kind.LEAKS: "#7a9e3f", Kind.LOW: "#e9b44c", Kind.TOP: "#b0703c",
     Kind.UNKNOWN_POSITION: "#8a94a0",
 }  # fmt: skip
-_WORDS = {
-    Kind.DESCRIBED: "both ends are where they are described",
-    Kind.LEAKS: "so they are, and it leaks otherwise",
-    Kind.LOW: "the retracted end is elsewhere",
-    Kind.TOP: "the extended end is elsewhere",
-    Kind.UNKNOWN_POSITION: "position unknown",
-}
 _ANYWHERE = 0.24  # of the stroke, from which standard deviation on a place may be any
 _POINTS = 1201
 _AFTER = 0.5  # s after a measurement
-_BLOCK = 4096
 
 
 @dataclass(frozen=True)
@@ -86,14 +80,13 @@ def instants(tracer: Tracer, pieces: Iterable[Signals], start: float | None, std
         std: its standard deviation [m].
     """
     log = joined(list(pieces))
-    inputs, time = log_inputs(tracer.sensor, log), log["time"].values
+    time = log["time"].values
     tracer.sensor.start(start, std)
-    state = np.array([tracer.sensor.state[name] for name in tracer.sensor.recursion.state])
-    rows = [tracer.rows(inputs[k : k + _BLOCK], state) for k in range(0, len(inputs), _BLOCK)]
-    accepted = np.concatenate([tracer.aside(part)["accepted"] for part in rows]) > 0.0
-    low = np.concatenate([part[:, tracer.names.index(POSITION)] for part in rows])
+    begun = np.array(list(tracer.sensor.state.values()))
+    gone = gone_through(tracer, log_inputs(tracer.sensor, log), time, begun, (POSITION,), silent)
+    low = gone.said[POSITION]
     stroke, wanted, met = float(tracer.unit.cylinder.stroke), {0: "at first"}, dict[str, float]()
-    for k in np.flatnonzero(accepted).tolist():
+    for k in (one.sample for one in gone.innovations.measured if one.accepted):
         end = "extended end" if low[k] > 0.95 * stroke else "retracted end" if low[k] < 0.05 * stroke else "reference"
         if end not in met:
             if met:
@@ -105,7 +98,7 @@ def instants(tracer: Tracer, pieces: Iterable[Signals], start: float | None, std
     found = []
     for k, why in sorted(wanted.items()):
         k = min(k, len(time) - 1)
-        found.append(_instant(tracer, rows[k // _BLOCK][k % _BLOCK], float(time[k]), why))
+        found.append(_instant(tracer, gone.row(k), float(time[k]), why))
     return found
 
 
@@ -113,7 +106,6 @@ def _instant(tracer: Tracer, row: Array, time: float, why: str) -> Instant:
     """What a row of the trace says."""
     trace = tracer.trace(row[None], np.zeros((1, 2)))
     said = dict(zip(tracer.names, row, strict=False))
-    weights = np.exp(tracer.log_weight(row[None])[0])
     beside = trace.aside["others"][0] + trace.aside["unseen"][0] ** 2
     return Instant(
         time=time,
@@ -124,7 +116,7 @@ def _instant(tracer: Tracer, row: Array, time: float, why: str) -> Instant:
         status=Status(int(said[STATUS])),
         places=trace.mean[0, :, 0],
         stds=np.sqrt(trace.covariance[0, :, 0, 0] + beside),
-        chances=weights / weights.sum(),
+        chances=probabilities(tracer.log_weight(row[None])[0]),
     )
 
 
@@ -178,8 +170,8 @@ def draw_belief(found: list[Instant], tracer: Tracer, true: Samples | None, titl
             known = None if true is None else float(np.interp(at.time, true["time"].values, true["position"].values))
             _draw_cylinder(one, at, stroke, tracer, known)
         axes[-1].set_xlabel("place of the piston [mm]")
-        handles = [Patch(color=_COLOURS[kind], alpha=0.6, label=_WORDS[kind]) for kind in tracer.kinds]
-        figure.legend(handles=handles, loc="outside lower center", ncols=look.beside(3), fontsize=7)
+        handles = [Patch(color=_COLOURS[kind], alpha=0.6, label=kind.words) for kind in tracer.kinds]
+        figure.legend(handles=handles, loc="outside lower center", ncols=look.beside(2), fontsize=7)
         if not look.is_for_print:
             figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
         look.fit(figure)

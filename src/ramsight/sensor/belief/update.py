@@ -156,7 +156,7 @@ class Updated:
         pending: standard deviation by oil that may have passed a relief valve, until a contact decides [m].
         relief: what passed a relief valve.
         fault_passed: whether inputs have contradicted each other since the last reference.
-        taught: whether anything was measured.
+        is_update: whether anything was measured.
     """
 
     bank: Bank
@@ -164,7 +164,7 @@ class Updated:
     pending: Scalar
     relief: Relief
     fault_passed: Flag
-    taught: Flag
+    is_update: Flag
 
 
 @dataclass(frozen=True)
@@ -255,9 +255,9 @@ def measure(
         event=event,
     )
     fault_passed = any_of(flag(False), *contradicted.values()) if contradicted else flag(False)
-    taught = any_of(torque.use, shown.use, measured.accepted, measured.rejected)
+    is_update = any_of(torque.use, shown.use, measured.accepted, measured.rejected)
     relief = Relief(met.relief.probability, passed)
-    return new, link, Updated(after, measured, flow.pending, relief, fault_passed, taught)
+    return new, link, Updated(after, measured, flow.pending, relief, fault_passed, is_update)
 
 
 def _shut_in(at: Prediction, met: ContactEvidence) -> Flag:

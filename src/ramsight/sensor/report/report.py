@@ -95,8 +95,8 @@ def report(
     """
     sample, step, contact, bank = at.sample, at.step, met.contact, updated.bank
     unseen_state, unseen = _unseen(state.unseen, sample, step, contact, model)
-    shown, astray = _shown(state, at, updated, outcome, model)
-    beside = Beside(_others(at, contact, model) + updated.pending**2, unseen, astray)
+    shown, offset = _shown(state, at, updated, outcome, model)
+    beside = Beside(_others(at, contact, model) + updated.pending**2, unseen, offset)
     limit = model.assumed.integrity.limit * model.stroke
     said = stated(bank.limited().together, bank.state.band_width, bank.reach, beside, limit)
     plausibility, implausible = implausible_torque(state.plausibility, sample, step, negated(contact.hold.held), model)
@@ -105,16 +105,16 @@ def report(
     velocity = _velocity(state, sample, step, contact)
     more: Outputs = {
         **model.balance.chambers(step.z),
-        LOWEST: (within(shown - said.below - TWO_SIDED_95 * astray, 0.0, model.stroke), "m"),
-        HIGHEST: (within(shown + said.above + TWO_SIDED_95 * astray, 0.0, model.stroke), "m"),
-        BOUND: (ca.fmin(said.bound + astray, model.stroke), "m"),
+        LOWEST: (within(shown - said.below - TWO_SIDED_95 * offset, 0.0, model.stroke), "m"),
+        HIGHEST: (within(shown + said.above + TWO_SIDED_95 * offset, 0.0, model.stroke), "m"),
+        BOUND: (ca.fmin(said.bound + offset, model.stroke), "m"),
         REFERENCED_NOW: (count(outcome.referenced_now), "1"),
         **at.checks.more,
         **_learned(at, bank),
         "mode": (contact.mode, "1"),
     }
     after = ReportState(position=shown, velocity=velocity, unseen=unseen_state, plausibility=plausibility)
-    found = Report(shown, said.std + astray, velocity, step.load.value, first_of(conditions), more, outcome.known)
+    found = Report(shown, said.std + offset, velocity, step.load.value, first_of(conditions), more, outcome.known)
     return after, found, Aside(beside, first_of(conditions, without=OF_POSITION))
 
 

@@ -20,12 +20,12 @@ class Beside:
     Attributes:
         others: variance by stops, noise and oil that waits at a relief valve [m2].
         unseen: by a load that changes unseen.
-        astray: how far the position that is shown may be from the estimate [m].
+        offset: how far the position that is shown may be from the estimate [m].
     """
 
     others: Scalar
     unseen: UnseenLoad
-    astray: Scalar
+    offset: Scalar
 
 
 @dataclass(frozen=True)
