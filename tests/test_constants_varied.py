@@ -28,14 +28,14 @@ def test_it_knows_every_constant(script):
 
 def test_a_change_is_there_before_a_sensor_is_made_and_what_follows_from_it_changes_too():
     code = (
-        "import constants_varied as study; study.change('SURE_STDS', 1.5);"
-        "from ramsight.sensor.thresholds import JUMP_GATE, LIKELY_STDS, SURE_STDS;"
-        "print(float(SURE_STDS), float(JUMP_GATE), float(LIKELY_STDS))"
+        "import constants_varied as study; study.change('RISK', 1.5);"
+        "from ramsight.sensor.thresholds import CERTAIN, LIKELY_STDS, RISK;"
+        "print(round(1e5 * RISK, 6), round(CERTAIN, 4), float(LIKELY_STDS))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT / "evaluation", capture_output=True, text=True, check=True
     )
-    assert done.stdout.split() == ["6.0", "36.0", "3.0"]
+    assert done.stdout.split() == ["1.5", "4.7133", "3.0"]
 
 
 def test_the_worst_log_is_what_a_variant_comes_to(script):

@@ -4,7 +4,7 @@ import casadi as ca
 import pytest
 
 from ramsight.sensor.circuit.emptiness import Emptiness, EmptyState, emptiness, not_risen
-from ramsight.sensor.thresholds import LOAD_MEMORY, SURE_STDS, TORQUE_OFFSET
+from ramsight.sensor.thresholds import MEMORY_TIME, SURE_STDS, TORQUE_OFFSET
 
 
 class Mast:
@@ -49,7 +49,7 @@ def test_a_load_that_falls_by_half_is_a_load():
 def test_what_was_carried_is_remembered_while_there_may_be_none():
     fading = seen(0.5 * OFFSET, carried=20e3)
     kept = seen(0.5 * OFFSET, carried=20e3, since=0.5)
-    assert float(fading.state.carried) == pytest.approx(20e3 * (1.0 - 0.02 / LOAD_MEMORY), rel=1e-3)
+    assert float(fading.state.carried) == pytest.approx(20e3 * (1.0 - 0.02 / MEMORY_TIME), rel=1e-3)
     assert float(kept.state.carried) == 20e3
     assert bool(kept.surely)
     assert not bool(fading.surely), "a load that bounces comes back"

@@ -26,7 +26,7 @@ from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.kind import KINDS, Kind, covariance_of, state_of
 from ramsight.sensor.normal_tail import upper_quantile
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.thresholds import CERTAIN, HELD_OBSTACLE, OTHERWISE, PASSED_END, RISK
+from ramsight.sensor.thresholds import CERTAIN, OTHERWISE, OUTSIDE, RISK
 from ramsight.sensor.virtual_sensor import Report, close
 
 from .sensor_bench import Stepped
@@ -832,7 +832,7 @@ def test_a_first_contact_may_be_an_obstacle(bank):
 
 @pytest.mark.parametrize(
     ("leaves", "factor"),
-    [("goes_through", 1.0 / (2.0 * PASSED_END)), ("goes_back", HELD_OBSTACLE / (1.0 + PASSED_END))],
+    [("goes_through", 1.0 / (2.0 * OUTSIDE)), ("goes_back", OUTSIDE / (1.0 + OUTSIDE))],
 )
 def test_how_a_piston_leaves_what_held_it_tells_an_end_from_an_obstacle(bank, leaves, factor):
     """By the way alone, for it was not pressed."""

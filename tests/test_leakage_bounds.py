@@ -12,14 +12,16 @@ from ramsight.sensor.circuit.leakage import Leakage
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import LEAKAGE_POWER_MOST
+from ramsight.sensor.thresholds import LEAK_FACTOR_LEAST, LEAK_FACTOR_MOST
 
 
 @pytest.mark.parametrize(("lag", "exponent"), [(78869.6, -49.1), (-28990.0, -10.96), (20.1, 5.02), (0.0, 1e30)])
 def test_no_estimate_makes_leakage_other_than_a_machine_s(lag, exponent):
     law = Leakage(change=0.1, rate=1e-3, per_kelvin=0.04, by_exponent=0.9)
     scale = float(law.scale({Quantity.LAG: lag, Quantity.EXPONENT: exponent}))
-    assert np.exp(-LEAKAGE_POWER_MOST) <= scale <= np.exp(LEAKAGE_POWER_MOST)
+    most = LEAK_FACTOR_MOST / LEAK_FACTOR_LEAST
+    assert 1.0 / most <= scale * (1.0 + 1e-12)
+    assert scale <= most * (1.0 + 1e-12)
 
 
 def test_usual_estimates_are_not_touched():

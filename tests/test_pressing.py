@@ -18,15 +18,7 @@ from ramsight.sensor.contacts.press import (
     odds_of_end,
     odds_of_obstacle,
 )
-from ramsight.sensor.thresholds import (
-    END_HELD_TIME,
-    FALSE_CONTACT,
-    HELD_OBSTACLE,
-    NO_END_HOLDS,
-    NOWHERE_LIKELIER,
-    PASSED_END,
-    VOLUME_MODEL_STD,
-)
+from ramsight.sensor.thresholds import END_HELD_TIME, FALSE_CONTACT, NO_END_HOLDS, OUTSIDE, VOLUME_MODEL_STD
 
 from .sensor_bench import Machine, step_of
 
@@ -45,8 +37,8 @@ def test_the_odds_are_a_ratio_of_densities(rise, softness, std):
     deviation = math.sqrt(0.5**2 + rise**2 * (std**2 + VOLUME_MODEL_STD**2))
     end = norm.pdf(softness * rise, 0.0, deviation)
     obstacle = 1.0 / math.sqrt(rise**2 + 2.0 * math.pi * deviation**2)
-    back = HELD_OBSTACLE * obstacle / (end + PASSED_END * obstacle)
-    on = obstacle / (PASSED_END * (end + obstacle))
+    back = OUTSIDE * obstacle / (end + OUTSIDE * obstacle)
+    on = obstacle / (OUTSIDE * (end + obstacle))
     assert odds(rise, softness * rise, std=std) == pytest.approx(back, rel=1e-6)
     assert odds(rise, softness * rise, std=std, on=1.0) == pytest.approx(on, rel=1e-6)
 
@@ -54,12 +46,12 @@ def test_the_odds_are_a_ratio_of_densities(rise, softness, std):
 def test_a_stiff_contact_that_is_left_backwards_is_an_end_and_a_soft_one_undecided():
     stiff, soft = odds(50.0, 0.0), odds(50.0, 30.0)
     assert stiff < 0.02
-    assert soft == pytest.approx(HELD_OBSTACLE / PASSED_END, rel=0.05)
-    assert odds(0.0, 0.0) == pytest.approx(HELD_OBSTACLE, rel=0.1), "without a press the way alone tells"
+    assert soft == pytest.approx(OUTSIDE / OUTSIDE, rel=0.05)
+    assert odds(0.0, 0.0) == pytest.approx(OUTSIDE, rel=0.1), "without a press the way alone tells"
 
 
 def test_a_piston_that_goes_on_was_on_no_end_the_less_the_stiffer_it_was():
-    assert 1.0 < odds(50.0, 0.0, on=1.0) < odds(50.0, 30.0, on=1.0) <= 1.0 / PASSED_END
+    assert 1.0 < odds(50.0, 0.0, on=1.0) < odds(50.0, 30.0, on=1.0) <= 1.0 / OUTSIDE
 
 
 def pushed(held, rise, missing, compliance=1.0, std=0.1, pushing=1.0, setting=0.0, elapsed=0.02, place=0.0):
@@ -109,11 +101,11 @@ def test_a_press_is_decided_by_how_long_it_holds_the_setting():
 
 
 def test_where_an_end_is_expected_it_is_decided_sooner_and_elsewhere_later():
-    sooner, later = (END_HELD_TIME * place for place in (3.0, NOWHERE_LIKELIER))
+    sooner, later = (END_HELD_TIME * place for place in (3.0, math.log(OUTSIDE)))
     assert pressed_for(NEEDED - sooner + 0.03, place=3.0)[1]
     assert not pressed_for(NEEDED - sooner - 0.03, place=3.0)[1]
-    assert pressed_for(NEEDED - later + 0.03, place=NOWHERE_LIKELIER)[1]
-    assert not pressed_for(NEEDED - later - 0.03, place=NOWHERE_LIKELIER)[1]
+    assert pressed_for(NEEDED - later + 0.03, place=math.log(OUTSIDE))[1]
+    assert not pressed_for(NEEDED - later - 0.03, place=math.log(OUTSIDE))[1]
 
 
 def test_a_press_that_never_reaches_the_setting_or_only_draws_decides_nothing():
@@ -170,7 +162,7 @@ def test_a_place_is_as_much_likelier_as_its_density_times_the_stroke(direction):
     assert likelier(end - direction * 4e-3, 5e-3) == pytest.approx(
         math.log(stroke * norm.pdf(4e-3, 0.0, wide)), rel=1e-6
     )
-    assert likelier(0.5 * stroke, 5e-3) == NOWHERE_LIKELIER
+    assert likelier(0.5 * stroke, 5e-3) == math.log(OUTSIDE)
 
 
 def test_the_setting_is_reached_within_what_a_valve_may_open_early():

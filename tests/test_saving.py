@@ -7,7 +7,7 @@ import pytest
 
 from ramsight.deploy.encoder import saving as saving_module
 from ramsight.deploy.encoder.saving import Saving
-from ramsight.sensor.thresholds import REST_TIME, SAVE_STD_CHANGE
+from ramsight.sensor.thresholds import REST_TIME, START_STD
 
 
 class File:
@@ -33,7 +33,7 @@ def said(std):
     return SimpleNamespace(position=0.2, position_std=std, velocity=0.0)
 
 
-@pytest.mark.parametrize(("grown", "again"), [(0.9 * SAVE_STD_CHANGE, False), (1.1 * SAVE_STD_CHANGE, True)])
+@pytest.mark.parametrize(("grown", "again"), [(0.9 * START_STD, False), (1.1 * START_STD, True)])
 def test_a_position_that_becomes_less_certain_at_rest_is_saved_again(monkeypatch, grown, again):
     monkeypatch.setattr(saving_module, "impossible", lambda *_: "")
     saving = Saving(SimpleNamespace(state={"position": 0.2}), File())

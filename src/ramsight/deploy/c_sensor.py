@@ -23,15 +23,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.inputs.sample import MEASURED, SHAFT_ANGLE
 from ramsight.sensor.persistence import CLOCKED, STARTED, VELOCITY
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import (
-    COAST_TIME,
-    CREEP_VELOCITY,
-    MOTOR_TURNS,
-    REST_TIME,
-    SAVE_CHANGE,
-    SAVE_STD_CHANGE,
-    START_SLACK,
-)
+from ramsight.sensor.thresholds import COAST_TIME, CREEP_VELOCITY, MOTOR_TURNS, REST_TIME, SAVE_CHANGE, START_STD
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, VARIANCE, VirtualSensor
 
 ROW = ("time [s]", "motor speed [rad/s]", "motor torque [N m]", "oil temperature [K]", "reference [m]")
@@ -106,13 +98,13 @@ def sensor_source(
         texts=indented((f'case {macro}_{s.name}: return "{s.text}";' for s in Status), 4),
         wides=wides,
         count=len(states),
-        slack=START_SLACK,
+        slack=START_STD,
         unknown=indented((f"out->{name} = (real)NAN;" for name in recursion.outputs if name != "status"), 4),
         turning=MOTOR_TURNS,
         creeping=CREEP_VELOCITY,
         resting=REST_TIME,
         moved=SAVE_CHANGE,
-        std_change=SAVE_STD_CHANGE,
+        std_change=START_STD,
         settling=COAST_TIME,
         variances=indented(f"if (s->{field_of(one.name)} < R(0.0)) return 0;" for one in declared if one.variance),
         learned=indented(f"to->{name} = from->{name};" for name in map(field_of, sensor.learned)),

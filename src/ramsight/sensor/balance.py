@@ -21,7 +21,7 @@ from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.report.status_rules import outside_temperature
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import RELIEF_BALANCE_SHARE, STOP_ZONE, TIME_LEAST
+from ramsight.sensor.thresholds import DIRECTION_TRAVEL, HALF, TINY
 from ramsight.sensor.virtual_sensor import Report, VirtualSensor, close
 
 
@@ -71,11 +71,11 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
     load, step = observe_load(state.load, sample, piston, [1.0] * len(FACTORS), warming, model)
     position = within(reckoning.position + step.motion.travel, 0.0, model.stroke)
     travel, elapsed = step.motion.travel, sample.elapsed
-    velocity = ca.if_else(elapsed > 0.0, travel / ca.fmax(elapsed, TIME_LEAST), 0.0)
+    velocity = ca.if_else(elapsed > 0.0, travel / ca.fmax(elapsed, TINY), 0.0)
     probability = relief_probability(step.z, sample.extending_speed, model)
-    away = ca.fmin(position, model.stroke - position) > STOP_ZONE * model.stroke
+    away = ca.fmin(position, model.stroke - position) > DIRECTION_TRAVEL * model.stroke
     turning = sample.motor_speed != 0.0
-    passes = all_of(probability > RELIEF_BALANCE_SHARE, turning, away)
+    passes = all_of(probability > HALF, turning, away)
     relief = relief_loss(reckoning.relief, sample, passes)
     status = ca.if_else(outside_temperature(sample), float(Status.OUTSIDE_TEMPERATURE), float(Status.OK))
     status = ca.if_else(probability > 0.0, float(Status.NEAR_RELIEF), status)

@@ -11,7 +11,7 @@ import casadi as ca
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Condition, Flag, Real, Scalar, scalar
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.thresholds import VARIANCE_LEAST
+from ramsight.sensor.thresholds import TINY
 
 Pair = tuple[str, str]
 K = TypeVar("K", bound=str)
@@ -190,7 +190,7 @@ class Covariance:
         """
         first = self.quantities[0]
         here = self.entries[first, first]
-        by_others = sum(self[first, i] ** 2 / ca.fmax(self[i, i], VARIANCE_LEAST) for i in given)
+        by_others = sum(self[first, i] ** 2 / ca.fmax(self[i, i], TINY**2) for i in given)
         larger = here + std * (2.0 * ca.sqrt(ca.fmax(here - by_others, 0.0)) + std)
         return Covariance({**self.entries, (first, first): larger})
 

@@ -7,7 +7,7 @@ import math
 import casadi as ca
 
 from ramsight.expression import Scalar
-from ramsight.sensor.thresholds import PROBABILITY_LEAST
+from ramsight.sensor.thresholds import TINY
 
 # Tsay, Huang and Wang (2013), A simple approximation for the normal distribution:
 # erfc(x) ~ exp(-1.0950 x - 0.7565 x^2), which has an inverse; a quantile is 1 % too large at 1 %, 2 % at 0.1 %.
@@ -34,7 +34,7 @@ def upper_quantile(probability: Scalar) -> Scalar:
         [0.0, 0.99, 1.97, -1.97]
     """
     tail = ca.fmin(probability, 1.0 - probability)
-    size = two_sided_quantile(2.0 * ca.fmax(tail, PROBABILITY_LEAST))
+    size = two_sided_quantile(2.0 * ca.fmax(tail, TINY))
     return ca.if_else(probability < 0.5, size, -size)
 
 

@@ -28,13 +28,13 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.report.status_rules import outside_temperature
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import (
+    DIRECTION_TRAVEL,
+    HALF,
     NOISE_AVERAGED,
     OUTSIDE,
     OVERSPEED_SHARE,
-    RELIEF_BALANCE_SHARE,
-    STOP_ZONE,
     SURE_STDS,
-    TIME_LEAST,
+    TINY,
     UNCERTAIN_SHARE,
 )
 from ramsight.sensor.virtual_sensor import REFERENCED_NOW, Outputs, Report, Section, VirtualSensor, close
@@ -119,8 +119,8 @@ def _step(state: CountedState, raw: Raw, model: MachineModel) -> tuple[CountedSt
     sections.append(Section(title, (step, load)))
     position = within(state.position + step.motion.travel, 0.0, model.stroke)
     probability = relief_probability(step.z, sample.extending_speed, model)
-    away = ca.fmin(position, model.stroke - position) > STOP_ZONE * model.stroke
-    passes = all_of(probability > RELIEF_BALANCE_SHARE, sample.motor_speed != 0.0, away)
+    away = ca.fmin(position, model.stroke - position) > DIRECTION_TRAVEL * model.stroke
+    passes = all_of(probability > HALF, sample.motor_speed != 0.0, away)
     relief = relief_loss(state.relief, sample, passes)
     new, machine = sample.referenced, model.assumed.machine
     by_leak, by_displacement = (
@@ -175,7 +175,7 @@ def _checked_reference(sample: Sample, model: MachineModel) -> tuple[Flag, Sampl
 def _velocity(state: CountedState, sample: Sample, travel: Scalar) -> Scalar:
     """Smoothed [m/s]."""
     dt = sample.elapsed
-    moving = ca.if_else(dt > 0.0, travel / ca.fmax(dt, TIME_LEAST), 0.0)
+    moving = ca.if_else(dt > 0.0, travel / ca.fmax(dt, TINY), 0.0)
     return state.report.velocity + dt / (NOISE_AVERAGED + dt) * (moving - state.report.velocity)
 
 

@@ -21,13 +21,7 @@ from ramsight.plant.symbols import Parameters
 from ramsight.sensor.dead_reckoning import ReckoningState, ReliefLossState, at_reference, relief_loss
 from ramsight.sensor.inputs.sample import Raw, Sample, SampleState, plain_sample
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import (
-    TABLE_AT_RELIEF,
-    TABLE_NEAR_RELIEF,
-    TABLE_SLOW_SHARE,
-    TABLE_TEMPERATURE_MARGIN,
-    TABLE_TORQUE_MARGIN,
-)
+from ramsight.sensor.thresholds import EFFICIENCY_STD, KELVIN, TABLE_SLOW_SHARE, TORQUE_OFFSET
 from ramsight.sensor.virtual_sensor import Report, VirtualSensor, close
 
 Array = NDArray[np.float64]
@@ -100,7 +94,7 @@ def _status(
     lifting = movement.lift_sign * w > 0.0
     turning = ca.fabs(w) > TABLE_SLOW_SHARE * add("motor_speed", movement.motor_speed)
     grids = (movement.lift_torque, movement.lower_torque)
-    margin = TABLE_TORQUE_MARGIN * max(float(np.abs(grid).max()) for grid in grids)
+    margin = EFFICIENCY_STD * max(float(np.abs(grid).max()) for grid in grids)
 
     def outside(name: str, x: Scalar, grid: Array, tolerance: float) -> Flag:
         low, high = add(f"{name}.lowest", grid[0] - tolerance), add(f"{name}.highest", grid[-1] + tolerance)
@@ -111,11 +105,11 @@ def _status(
     )
     pushing = count(all_of(turning, lifting)) * movement.lift_sign * torque
     status = ca.if_else(all_of(turning, off_torque), float(Status.OUTSIDE_TORQUE), float(Status.OK))
-    off_temperature = outside("temperature", temperature, movement.temperature, TABLE_TEMPERATURE_MARGIN)
+    off_temperature = outside("temperature", temperature, movement.temperature, KELVIN)
     status = ca.if_else(off_temperature, float(Status.OUTSIDE_TEMPERATURE), status)
     relief = add("relief_torque", movement.relief_torque)
-    status = ca.if_else(pushing > TABLE_NEAR_RELIEF * relief, float(Status.NEAR_RELIEF), status)
-    after = relief_loss(state, sample, pushing > TABLE_AT_RELIEF * relief)
+    status = ca.if_else(pushing > (1.0 - EFFICIENCY_STD) * relief, float(Status.NEAR_RELIEF), status)
+    after = relief_loss(state, sample, pushing > (1.0 - TORQUE_OFFSET) * relief)
     return after, ca.if_else(after.unobservable, float(Status.POSITION_LOST), status)
 
 

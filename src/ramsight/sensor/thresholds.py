@@ -21,7 +21,9 @@ EFFICIENCY_STD = Constant(
     0.03, "1", "of a torque: catalogues round the pumps' hydromechanical efficiency to 0.02 or 0.03"
 )
 BETWEEN_STD = Constant(0.5, "1", "where anything between none and all may be: at most, if it is all or none")
-LAG_STD = Constant(1.0 / math.sqrt(3.0), "1", "share of a lag that is unknown: uniform between none and twice")
+HALF = Constant(0.5, "1", "the nearer of two: more than half of a load shows it, below half an alarm ends")
+LAG_STD = 1.0 / math.sqrt(3.0)
+"""Of a lag that is unknown, over its mean: uniform between none and twice."""
 VALVE_SETTLED = Constant(0.5, "s", "valves close, manifolds fill and drives release a torque within half of it")
 LOAD_FOUND_TIME = Constant(
     0.3, "s", "after the motor starts or stops: the valve opens and the manifold fills within it"
@@ -45,7 +47,7 @@ FRICTION_STEADY_SPEED = Constant(
 
 # Input check: time.
 NUMBER_LIMIT = Constant(1e12, "1", "larger than any quantity of a drive in SI units; not-a-number fails the comparison")
-MEASURABLE_LIMIT = Constant(1e9, "1", "larger than any shaft angle, power or pressure of a machine in SI units")
+SAMPLE = Constant(0.02, "s", "usual period of a drive's cyclic report, 50 Hz")
 USUAL_PERIOD = Constant(0.1, "s", "slowest usual rate of a drive's cyclic report, 10 Hz")
 GAP_PERIOD = Constant(0.15, "s", "one and a half usual periods: a sample is missing")
 SHORTEST_PERIOD = Constant(8e-3, "s", "chamber pressures settle in about 10 ms; closer samples resolve the transient")
@@ -55,7 +57,6 @@ CLOCK_RESET = Constant(1.0, "s", "a bus reorders by less; a clock that steps bac
 LATE_IN_ORDER = Constant(
     1.5, "1", "late samples in a row in their order: a bus swaps two, a clock that was set brings all"
 )
-RATE_EARLY = Constant(0.04, "s", "and a period: by which samples may come early; twice a usual period of jitter")
 RATE_MEMORY = Constant(
     100.0, "1", "samples in which a deviation from the learned period fades; it finds 1 % of it in jitter"
 )
@@ -70,19 +71,16 @@ UNSEEN_SPEED_SHARE = Constant(
 BRIDGE_ERROR_SHARE = Constant(0.25, "1", "half the mean of both speeds around a gap: the trapezoid against either end")
 
 # Input check: values.
-COMMAND_MOST = Constant(1.5, "1", "a command of 1 to here is rounded; beyond it is in another unit, and no command")
 LIMIT_SHARE = Constant(1.5, "1", "share of the highest speed that no shaft exceeds; drives trip at 1.1 to 1.3")
 OVERSPEED_SHARE = Constant(1.05, "1", "share of the highest speed; drives overshoot by up to 5 %")
-TORQUE_LIMIT_SHARE = Constant(1.5, "1", "share of the torque at relief pressure on both sides; friction adds below 0.5")
 TEMPERATURE_LOWEST = Constant(203.15, "K", "-70 degC: no mineral oil flows below")
 TEMPERATURE_HIGHEST = Constant(423.15, "K", "150 degC: seals and oil are destroyed above")
 MAGNETS_HOTTEST = Constant(523.15, "K", "250 degC: windings of insulation class N and magnets are destroyed above")
 WALTHER_LOWEST = Constant(243.15, "K", "-30 degC: where the Walther equation joins two points within its tolerance")
 WALTHER_HIGHEST = Constant(383.15, "K", "110 degC: where the Walther equation joins two points within its tolerance")
 OIL_TIME_CONSTANT = Constant(5.0, "s", "faster changes of a thermometer are its noise; a tank of oil changes slower")
+KELVIN = Constant(1.0, "K", "noise of a thermometer; less changes a leakage or a magnet by less than their noise")
 TEMPERATURE_STEP = Constant(10.0, "K", "twice what oil changes by within a minute of full relief")
-TEMPERATURE_STEP_SHORTEST = Constant(10.0, "s", "two time constants of the oil: a shorter step is a disturbance")
-TEMPERATURE_STEP_LONGEST = Constant(600.0, "s", "a step that stays for ten minutes is the oil's, whatever came before")
 HABIT_GAIN = Constant(0.005, "1", "share of the newest sample: the habit of changing is that of the last 200 samples")
 HABIT_LEAST = Constant(0.8, "1", "a torque with noise of half its step changes in more than 0.8 of the samples")
 REPEATS_LEARNT = Constant(3.0, "1", "repeats in a row from which on a stuck torque no longer teaches its habit")
@@ -92,50 +90,35 @@ RUNNING_SHARE = Constant(0.03, "1", "share of the highest speed; slower, a load 
 BLIND_PRESSURE_SHARE = Constant(
     0.3, "1", "share of the relief pressure by which pressure may change unseen (loads of work days)"
 )
-MAGNET_STEP = Constant(1.0, "K", "below it a torque of 0.1 %/K changes by less than its noise")
 PRESSURE_BELOW = Constant(0.05, "1", "of relief pressure: zero errors and noise of a sensor read as far below vacuum")
 PRESSURE_ABOVE = Constant(0.15, "1", "of relief pressure: by which valves that open, and loads, exceed their setting")
+IMPOSSIBLE_LOAD = 1.0 + 2.0 * PRESSURE_ABOVE
+"""Over the relief load: the valve opens at 1, with its override twice, once for friction."""
 CASE_WARMER_MOST = Constant(60.0, "K", "a pump case that is further from its tank burns its oil")
 SMOOTHING_TIME = Constant(20.0, "s", "noise of 0.2 K is averaged away; oil warms by less than a kelvin meanwhile")
-FIRST_INSTANT = Constant(1e-3, "s", "a filter takes its first sample as it is")
 
 # Reports held against each other.
 MEMORY_TIME = Constant(1.0, "s", "a speed that is 0.1 % of 2000 rpm off is 0.2 rad off by then: 4 steps of a counter")
 FALSE_ALARM_RATE = Constant(1.0 / (1000.0 * 3600.0), "1/s", "one false alarm in 1000 h, as stated")
-HALF_ALARM = Constant(
-    0.5, "1", "share of an alarm's bound at which it ends, and up to which a difference teaches: alarms teach nothing"
-)
 JUMPS_MOST = Constant(2.5, "1", "jumps within the memory: a disturbance is one, an overflow too, a reset two")
 FRICTION_TORQUE_SHARE = Constant(
     0.05, "1", "share of the torque at relief pressure below which friction hides the pressure"
 )
 TURNED_LEAST = Constant(1.0, "rad", "turned within the memory; less turns power into a torque by dividing by noise")
-PRESSURE_TURNED_LEAST = Constant(0.2, "s", "of turning within the memory; a tenth of a second twice")
-BAND_FAST = Constant(0.04, "s", "time constant that keeps a step of the acceleration: two samples")
-BAND_SLOW = Constant(0.15, "s", "time constant that removes the slope of a load: a ramp lasts longer")
 INERTIA_MODEL_STD = Constant(
     0.25, "1", "oil and moved mass add a third of the shaft's torque at most, on recorded logs"
 )
-INERTIA_GATE = Constant(2.0, "1", "a torque step twice the expected one is a stop or a valve")
-LOG_RATIO_MOST = Constant(6.0, "1", "one step adds at most a third of the alarm: three independent steps are needed")
 SIGN_ALARM = Constant(
     18.0, "1", "cumulative sum of log-likelihood ratios: one false alarm in 1000 h, evaluation/inertia.py"
 )
 SUM_CEILING = Constant(1.5, "1", "times the alarm, so that a corrected sign is cleared in as many steps as it took")
 
 # Kinds of faults.
-GAIN_PRIOR_STD = Constant(0.5, "1", "a gain fault lies between nothing and twice within two standard deviations")
 GAIN_STD_LEAST = Constant(1e-3, "1", "resolution of two reports of 10 bits")
-OFFSET_PRIOR_SHARE = Constant(1.0 / 3.0, "1", "an offset of the greatest level is three standard deviations")
 
 # Load observer.
-SHOWN_SHARE = Constant(0.5, "1", "half of what virtual work gives: more than half of the load rests on the pump")
-JUMP_GATE = Constant(SURE_STDS**2, "1", "squared standard deviations that noise exceeds once in 16000 samples")
 RELEASED_TRAVEL = Constant(3.0, "1", "times what the oil gave before: compliance is proportional to a chamber's volume")
 RELEASED_TRAVEL_LEAST = Constant(2e-3, "1", "share of the stroke, the travel of a sample at usual speed")
-FRICTION_TIME = Constant(
-    0.2, "s", "time constant for a torque within static friction: ten usual samples average its noise"
-)
 FRICTION_SPREAD = Constant(
     1.25, "1", "friction of a usual pump over the described one, one standard deviation of makers' spread"
 )
@@ -147,15 +130,8 @@ LOAD_KNOWN_SHARE = Constant(
 )
 SETTLED_SHARE = Constant(0.01, "1", "of the torque's noise: adds 0.005 % to it")
 NO_PRESSURE = Constant(1e5, "Pa", "over the tank's: a chamber that a check valve fills has up to a bar")
-PRESSURE_SETTLING = Constant(
-    1.0, "s", "within which the oil of a piston at rest follows its pressure sensor; noise is shorter"
-)
 
 # Leakage.
-LEAKAGE_SETTLED = Constant(
-    3.0, "1", "time constants after which two filters that share a first sample agree within 5 %"
-)
-VISCOSITY_STEP = Constant(1.0, "K", "for the slope of the viscosity's logarithm, which changes by 1 % over it")
 LEAKAGE_REFERENCE = Constant(
     0.3, "1", "share of the torque at relief pressure at which the exponent has no effect: mid range"
 )
@@ -166,14 +142,9 @@ CONTACT_EVIDENCE = Constant(
 )
 CONTACT_SLIP = Constant(0.15, "1", "share of what was delivered: the softest chamber of usual machines gives 15 % more")
 CONTACT_SLIP_UNKNOWN = Constant(0.5, "1", "the same at an unknown position: a full chamber gives twice a half full one")
-RELIEF_CERTAIN = Constant(
-    0.95, "1", "share of the way from a relief valve's opening to its setting; no load is lifted with more"
-)
-LOAD_LEFT_SHARE = Constant(0.7, "1", "share of a load that is left: less, and the load settles on something else")
 LOAD_FALLEN_SHARE = Constant(
     0.3, "1", "share of a load that is left where it has settled on something: friction of the pumps; noise leaves half"
 )
-LOAD_MEMORY = Constant(1.0, "s", "for which the load and the leakage from before a contact are remembered")
 SETTLING_STD_SHARE = Constant(0.1, "1", "of the apparent way since the load settled: how well leakage is known")
 SEPARATE_CONTACTS = Constant(0.05, "1", "share of the stroke between two contacts that are independent evidence")
 DIRECTION_TRAVEL = Constant(0.02, "1", "share of the stroke that decides where a piston came from")
@@ -188,22 +159,9 @@ END_HELD_TIME = Constant(
 FALSE_CONTACT = Constant(
     1e-4, "1", "odds of no end at which a press has decided: 400 presses an hour make less than one false in a day"
 )
-NOWHERE_LIKELIER = Constant(-3.0, "1", "logarithm: where a position is wrong, one end in twenty is met all the same")
 
-# Contact release.
-RELEASE_MODEL = Constant(
-    0.5, "1", "share of the predicted change that leakage at rest may be wrong by, twice its deviation"
-)
-DECOMPRESSION_MOST = Constant(
-    5.0, "1", "times what oil gives back as described: no compliance and no stroke makes it more"
-)
-TORQUE_LEAST = Constant(1e-6, "N m", "keeps quotients finite")
 
 # Hypotheses.
-PASSED_END = Constant(0.05, "1", "chance that a piston on an end is taken for one that goes on: one release in twenty")
-HELD_OBSTACLE = Constant(
-    0.05, "1", "share of the contacts with no stop through which a piston does not go on: stones; the others are loads"
-)
 ROOM_STEP = Constant(0.01, "1", "share of the stroke: an unknown position is weighed when that much less is left")
 LOG_WEIGHT_LEAST = Constant(
     -12.0, "1", "logarithm of the least weight, 6e-6: a hypothesis can come back within two contacts"
@@ -215,39 +173,27 @@ INNOVATION_MOST = Constant(25.0, "1", "squared innovation of five standard devia
 BAND_STEP = Constant(
     0.3, "1", "of the logarithm of the band's width, step of adaptive conformal inference: three misses double it"
 )
-UNREACHABLE = Constant(1e9, "1", "a logarithm that no likelihood reaches")
 OUTSIDE = Constant(0.05, "1", "share of the truth that a 95 % band misses")
 OTHERWISE = Constant(
     0.01, "1", "probability that another hypothesis is true and the position outside a 95 % band: one log of a hundred"
 )
 RISK = Constant(1e-5, "1", "share of samples at which an error may exceed the bound, as stated")
-CERTAIN = Constant(
-    math.sqrt(-2.0 * math.log(RISK)),
-    "1",
-    "an error exceeds k sigma with probability exp(-k^2/2) at most (Chernoff): the risk",
-)
+CERTAIN = math.sqrt(-2.0 * math.log(RISK))
+"""Standard deviations k: an error exceeds k sigma with probability exp(-k^2/2) at most (Chernoff), the risk."""
 LEAK_FACTOR_LEAST = Constant(0.3, "1", "a tight pump over a catalogue's")
 LEAK_FACTOR_MOST = Constant(4.0, "1", "a pump that leaks more does not lift its load")
-DISPLACEMENT_FACTOR_LEAST = Constant(0.97, "1", "tolerance of displacements, ISO 8426")
-DISPLACEMENT_FACTOR_MOST = Constant(1.03, "1", "tolerance of displacements, ISO 8426")
-COMPLIANCE_FACTOR_LEAST = Constant(0.4, "1", "oil without air in rigid lines")
+DISPLACEMENT_TOLERANCE = Constant(0.03, "1", "of a displacement, ISO 8426")
 COMPLIANCE_FACTOR_MOST = Constant(2.5, "1", "oil with 1 % of air, or soft hoses")
 LAG_MOST = Constant(600.0, "s", "a thermometer that is slower shows the tank of another hour")
 LEAKAGE_EXPONENT_MOST = Constant(1.0, "1", "twice what turns laminar flow into an orifice's")
-LEAKAGE_POWER_MOST = Constant(3.0, "1", "logarithm of 20: no lag and no law changes a leakage by more within a machine")
 
 # What teaches the filters.
 BLIND_SHARE = Constant(0.02, "1", "share of a load that the torque shows: below, a closed valve carries it")
 TORQUE_ERROR_TIME = Constant(0.2, "s", "for which errors of a torque stay what they are: filters of drives")
 TORQUE_MODEL_STD = Constant(0.1, "1", "share of a torque by which a closed volume's equation may err")
-STEADY_TORQUE = Constant(0.02, "1", "change of the torque over what leakage makes of it: pressure has settled")
-FREE_TRAVEL_LEAST = Constant(
-    0.01, "1", "share of the stroke in one direction, after which relief pressure is an obstacle's"
-)
 UNSEEN_FLOW_SHARE = Constant(
     0.1, "1", "share of a pump's flow that may move a piston which seems to stand at relief pressure"
 )
-LATE_LEAST = Constant(0.5, "1", "of a sample: a contact lies between two samples")
 
 # Stops and starts of the motor against a closed valve.
 EVENT_STANDING_STD = Constant(0.03, "1", "model error of a stop over leakage and compliance, from recorded logs")
@@ -259,9 +205,6 @@ TORQUE_OFFSET = Constant(
     0.01, "1", "offset of a reported torque over that at relief pressure: one step of drives of 1 %"
 )
 EVENT_MODEL_STD = Constant(0.02, "1", "of a torque, new with each sample: kinks of the speed between two samples")
-EVENT_FOLLOWS = Constant(
-    0.5, "1", "share of the expected change of the torque: a valve that opens leaves a tenth, soft oil two thirds"
-)
 EVENT_SAMPLING = Constant(
     20.0, "1/s2", "error that all events share, by the square of the sample: 1/12 T^2 for a decay of T = 65 ms"
 )
@@ -281,9 +224,6 @@ RELIEF_RANGE = Constant(
     "1",
     "standard deviations below a setting: 90 % of it at 3 %; direct acting valves close 10 to 15 % below",
 )
-RELIEF_BALANCE_SHARE = Constant(0.5, "1", "share of that range from which the volume balance has no position")
-RELIEF_PUSH_SHARE = Constant(0.5, "1", "what stops the piston may push it back: standard deviation over the pump's oil")
-STOP_ZONE = Constant(0.02, "1", "share of the stroke from an end, where a stop opens the relief valve")
 
 # Rest.
 LOAD_CHANGE_GAIN = Constant(
@@ -292,45 +232,31 @@ LOAD_CHANGE_GAIN = Constant(
 LOAD_CHANGE_SURE = Constant(1.55, "1", "root of 11 over the 5 % quantile of chi-squared of 11, 4.575")
 
 # Angles and readings of the position.
-NEVER = Constant(1e9, "s", "since what has not happened: longer than any time between readings")
 INDEPENDENT = Constant(2.0, "1", "correlation times between independent errors: they are alike by exp(-2), 14 %")
 
 # Status.
 UNCERTAIN_SHARE = Constant(0.1, "1", "share of the stroke: standard deviation at which a position is no use")
 OUTSIDE_STROKE_LEAST = Constant(5e-3, "m", "stops give way by less")
-NOISE_TIME = Constant(0.15, "s", "noise of seven samples has averaged away")
-UNEXPLAINED_TORQUE = Constant(8.0, "1", "standard deviations of the torque: twice the gate of a load that jumps")
-IMPOSSIBLE_LOAD = Constant(
-    1.3, "1", "share of the relief load: its valve opens at 1, with 10 % of override twice and friction"
-)
 EMPTY_TIME = Constant(1.5, "s", "of rest, after which pumps have leaked empty")
 REST_TORQUE_SHARE = Constant(
     0.06, "1", "share of the torque at relief pressure: offset that no drive has when calibrated"
 )
-REST_SMOOTHING = Constant(0.5, "s", "averages the noise of 25 samples")
-PROBABILITY_LEAST = Constant(1e-30, "1", "keeps logarithms finite")
-VARIANCE_LEAST = Constant(1e-18, "1", "keeps quotients finite, in the square of whatever unit")
-STD_LEAST = Constant(1e-9, "m", "keeps quotients finite where a position is exact")
-TIME_LEAST = Constant(1e-6, "s", "keeps quotients finite where no time passed")
 FASTEST_SHARE = Constant(
     1.1, "1", "of the velocity at the highest speed; a correction moves the shown position no faster"
 )
 
 # Where the pumps deliver to (worked out before the first sample).
 DELIVERY_SPEED_SHARE = Constant(0.1, "1", "of the highest speed: pumps deliver more than they leak")
-DELIVERY_STEP = Constant(0.02, "s", "a usual sample")
 DELIVERY_STEPS = Constant(10.0, "1", "samples, after which a chamber's pressure has risen")
 
 # State files.
 CREEP_VELOCITY = Constant(1e-4, "m/s", "slower, a rod moves by less than 1 mm in 10 s: it rests")
 REST_TIME = Constant(1.0, "s", "of rest, after which a position is worth saving")
 SAVE_CHANGE = Constant(0.2e-3, "m", "resolution of usual position sensors: smaller changes are not saved")
-SAVE_STD_CHANGE = Constant(1e-3, "m", "growth of the standard deviation at rest that is worth a save")
 COAST_TIME = Constant(2.0, "s", "for which a rod may have moved on after its state was saved")
 
 # Start.
 START_STD = Constant(1e-3, "m", "of a position that is read from a scale")
-START_SLACK = Constant(1e-3, "m", "by which a start may lie outside the stroke: stops give way, numbers are rounded")
 
 # A second sensor at the cylinder.
 OTHER_FASTEST = Constant(1.2, "1", "times the highest velocity, which no piston exceeds")
@@ -339,11 +265,3 @@ OTHER_FASTEST = Constant(1.2, "1", "times the highest velocity, which no piston 
 TABLE_SLOW_SHARE = Constant(
     0.05, "1", "share of the calibrated speed; slower turns move the piston too little to matter"
 )
-TABLE_TORQUE_MARGIN = Constant(
-    0.03, "1", "share of the largest torque: noise of a drive and the rotor's torque in a ramp"
-)
-TABLE_TEMPERATURE_MARGIN = Constant(1.0, "K", "noise of a temperature: a few parts in a thousand of the leakage")
-TABLE_NEAR_RELIEF = Constant(
-    0.97, "1", "share of the torque at the valve's opening, two standard deviations of its reading"
-)
-TABLE_AT_RELIEF = Constant(0.99, "1", "share of that torque from which oil passes")

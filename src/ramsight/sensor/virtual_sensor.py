@@ -20,7 +20,7 @@ from ramsight.plant.symbols import Parameters
 from ramsight.sensor.inputs.sample import INPUTS, REPORTED, Raw
 from ramsight.sensor.pickled import put_together, taken_apart
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import NUMBER_LIMIT, START_SLACK, START_STD
+from ramsight.sensor.thresholds import NUMBER_LIMIT, START_STD
 from ramsight.signals import Samples, Signal, Signals
 
 if TYPE_CHECKING:
@@ -322,7 +322,7 @@ class VirtualSensor:
 
     def _check_start(self, position: float, std: float) -> None:
         stroke = self.stroke
-        if not (math.isfinite(position) and -START_SLACK <= position <= stroke + START_SLACK):
+        if not (math.isfinite(position) and -START_STD <= position <= stroke + START_STD):
             raise StartError(f"position at the start = {position!r} m: outside the stroke (allowed: 0 to {stroke:g} m)")
         if not (math.isfinite(std) and 0.0 <= std <= stroke):
             raise StartError(f"standard deviation at the start = {std!r} m: cannot be (allowed: 0 to {stroke:g} m)")

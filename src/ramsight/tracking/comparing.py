@@ -22,7 +22,7 @@ from ramsight.engine.typed_state import column, initial_values, leaf, leaves, sy
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, flag, negated, scalar_symbol
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import JUMPS_MOST, MEASURABLE_LIMIT, MEMORY_TIME, OTHER_FASTEST
+from ramsight.sensor.thresholds import JUMPS_MOST, MEMORY_TIME, NUMBER_LIMIT, OTHER_FASTEST
 
 Array = NDArray[np.float64]
 
@@ -105,7 +105,7 @@ def compare(
     """
     time, position, other = sample["time"], sample["position"], sample["other"]
     stroke, tolerance = settings["stroke"], settings["tolerance"]
-    shows = ca.fabs(other) < MEASURABLE_LIMIT
+    shows = ca.fabs(other) < NUMBER_LIMIT
     elapsed = ca.if_else(state.begun, time - state.time, 0.0)
     outside = any_of(other < -tolerance, other > stroke + tolerance)
     reach = OTHER_FASTEST * settings["fastest"] * elapsed + 2.0 * tolerance

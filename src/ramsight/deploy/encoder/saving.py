@@ -10,7 +10,7 @@ import math
 
 from ramsight.deploy.encoder.state_on_disk import Persistence
 from ramsight.sensor.persistence import forgotten
-from ramsight.sensor.thresholds import CREEP_VELOCITY, MOTOR_TURNS, REST_TIME, SAVE_CHANGE, SAVE_STD_CHANGE
+from ramsight.sensor.thresholds import CREEP_VELOCITY, MOTOR_TURNS, REST_TIME, SAVE_CHANGE, START_STD
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor, impossible
 
 _LATE = 2.0  # s after which a save that is not done counts as failed
@@ -75,7 +75,7 @@ class Saving:
             self._rested = now + REST_TIME
         elif now >= self._rested or not math.isfinite(self._rested):
             self.moving = False
-            if abs(self._position - self._saved) > SAVE_CHANGE or self._std > self._saved_std + SAVE_STD_CHANGE:
+            if abs(self._position - self._saved) > SAVE_CHANGE or self._std > self._saved_std + START_STD:
                 self._rested = now
         return begins
 

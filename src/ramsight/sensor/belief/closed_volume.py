@@ -27,7 +27,6 @@ from ramsight.sensor.quantity import Quantity, Row, Values
 from ramsight.sensor.thresholds import (
     EFFICIENCY_STD,
     EVENT_COUNTS,
-    EVENT_FOLLOWS,
     EVENT_GAIN_STANDING,
     EVENT_GATE,
     EVENT_MODEL_STD,
@@ -35,10 +34,10 @@ from ramsight.sensor.thresholds import (
     EVENT_SAMPLING,
     EVENT_STANDING_STD,
     GAP_PERIOD,
+    HALF,
     MOTOR_TURNS,
     NOISE_AVERAGED,
     SHORTEST_STEP,
-    SHOWN_SHARE,
     STOOD_STILL,
     SURE_STDS,
     TINY,
@@ -118,11 +117,11 @@ def follow_event(
     # Where the valve opens, the piston takes the oil and the torque stays behind.
     change = sample.motor_torque - state.torque
     behind = ca.fabs(change - step.torque.change)
-    follows = behind < EVENT_FOLLOWS * ca.fabs(step.torque.change) + SURE_STDS * noise
+    follows = behind < HALF * ca.fabs(step.torque.change) + SURE_STDS * noise
     stood = ca.if_else(stands, state.stood + sample.elapsed, 0.0)
     # A start that does not begin at a standstill finds the valve open and the manifold full.
     from_rest = any_of(stands, lasted(state.stood, STOOD_STILL), all_of(state.active, negated(state.stands)))
-    active = all_of(closed, from_rest, step.torque.shows < SHOWN_SHARE, felt, sample.elapsed > 0.0)
+    active = all_of(closed, from_rest, step.torque.shows < HALF, felt, sample.elapsed > 0.0)
     same = all_of(active, state.active, follows, stands == state.stands)
     event = _event(state, all_of(state.active, negated(same)), sample.elapsed, point)
     deviation = ca.sqrt(noise**2 + (EVENT_MODEL_STD * step.torque.expected) ** 2)

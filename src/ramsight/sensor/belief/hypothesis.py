@@ -12,10 +12,8 @@ from ramsight.expression import Flag, Real, Scalar, within
 from ramsight.sensor.covariance import Covariance, where
 from ramsight.sensor.quantity import Quantity, Row, along
 from ramsight.sensor.thresholds import (
-    COMPLIANCE_FACTOR_LEAST,
     COMPLIANCE_FACTOR_MOST,
-    DISPLACEMENT_FACTOR_LEAST,
-    DISPLACEMENT_FACTOR_MOST,
+    DISPLACEMENT_TOLERANCE,
     LAG_MOST,
     LEAK_FACTOR_LEAST,
     LEAK_FACTOR_MOST,
@@ -24,8 +22,8 @@ from ramsight.sensor.thresholds import (
 
 BOUNDS = {
     Quantity.LEAKAGE: (LEAK_FACTOR_LEAST, LEAK_FACTOR_MOST),
-    Quantity.DISPLACEMENT: (DISPLACEMENT_FACTOR_LEAST, DISPLACEMENT_FACTOR_MOST),
-    Quantity.COMPLIANCE: (COMPLIANCE_FACTOR_LEAST, COMPLIANCE_FACTOR_MOST),
+    Quantity.DISPLACEMENT: (1.0 - DISPLACEMENT_TOLERANCE, 1.0 + DISPLACEMENT_TOLERANCE),
+    Quantity.COMPLIANCE: (1.0 / COMPLIANCE_FACTOR_MOST, COMPLIANCE_FACTOR_MOST),
     Quantity.LAG: (-LAG_MOST, LAG_MOST),
     Quantity.EXPONENT: (-LEAKAGE_EXPONENT_MOST, LEAKAGE_EXPONENT_MOST),
 }

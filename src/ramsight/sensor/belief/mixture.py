@@ -14,7 +14,7 @@ from ramsight.sensor.belief.hypothesis import Hypothesis
 from ramsight.sensor.belief.reach import Reach
 from ramsight.sensor.normal_tail import two_sided_quantile, upper_quantile
 from ramsight.sensor.quantity import Quantity, Row
-from ramsight.sensor.thresholds import LOG_WEIGHT_LEAST, OTHERWISE, OUTSIDE, RISK, STD_LEAST
+from ramsight.sensor.thresholds import LOG_WEIGHT_LEAST, OTHERWISE, OUTSIDE, RISK, TINY
 
 
 def largest_weight(hypotheses: Sequence[Hypothesis]) -> Scalar:
@@ -170,7 +170,7 @@ class Mixture:
         """
         found = scalar(0.0)
         for p, h, std in zip(self._stated(), self.hypotheses, self._deviations(width, others), strict=True):
-            found = found + p * reach.beyond(h, ca.fmax(std, STD_LEAST), limit)
+            found = found + p * reach.beyond(h, ca.fmax(std, TINY), limit)
         return found
 
     def bound(self, width: Scalar, others: Scalar) -> Scalar:

@@ -20,7 +20,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.belief.hypothesis import Hypothesis
 from ramsight.sensor.normal_tail import upper_tail
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.thresholds import OUTSIDE, VARIANCE_LEAST
+from ramsight.sensor.thresholds import OUTSIDE, TINY
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Reach:
 
         One in twenty at least, for ways are wrong as well.
         """
-        std, mean = ca.sqrt(h.position_variance + VARIANCE_LEAST), h.mean[Quantity.POSITION]
+        std, mean = ca.sqrt(h.position_variance + TINY**2), h.mean[Quantity.POSITION]
         low, high = self.lowest - self.std - mean, self.highest + self.std - mean
         outside = upper_tail(-low / std) + upper_tail(high / std)
         fits = upper_tail((self.lowest - self.highest) / self.std)

@@ -27,7 +27,7 @@ from ramsight.sensor.belief.mixture import leads
 from ramsight.sensor.kind import Kind
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.thresholds import LOG_WEIGHT_LEAST, OUTSIDE, UNREACHABLE
+from ramsight.sensor.thresholds import LOG_WEIGHT_LEAST, NUMBER_LIMIT, OUTSIDE
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ def renewal(
     met = any_of(placed.low, placed.top)
     obstacle = m.something_else(m.R)
     if not placed.is_reading:
-        obstacle = ca.if_else(met, obstacle, UNREACHABLE)
+        obstacle = ca.if_else(met, obstacle, NUMBER_LIMIT)
     odds = obstacle - ca.if_else(found, each[-1].likelihood, each[0].likelihood)
     perhaps = all_of(restarts, odds < 0.0, odds > (prior if placed.is_reading else math.log(OUTSIDE)))
     # A position that was unknown before an obstacle is unknown after it.

@@ -40,13 +40,11 @@ from ramsight.sensor.thresholds import (
     BLIND_SHARE,
     CERTAIN,
     EFFICIENCY_STD,
-    FREE_TRAVEL_LEAST,
-    LATE_LEAST,
     MOTOR_TURNS,
-    NEVER,
+    NUMBER_LIMIT,
+    ROOM_STEP,
     SHORTEST_STEP,
     SMOOTHING_TIME,
-    STEADY_TORQUE,
     TORQUE_ERROR_TIME,
     TORQUE_MODEL_STD,
     UNSEEN_FLOW_SHARE,
@@ -95,7 +93,7 @@ class UpdateState:
             "sign": assumptions.inertia.std > 0.0,
         }
         contradicted = {kind: flag(False) for kind, declared in kinds.items() if declared}
-        since = {name: scalar(NEVER) for name in READINGS if name in measured}
+        since = {name: scalar(NUMBER_LIMIT) for name in READINGS if name in measured}
         return cls(contradicted=contradicted, since=since, event=EventState.initial())
 
 
@@ -346,7 +344,7 @@ def relief_flow(
     # one that moved freely first has met something.
     turns_back = any_of(sample.extending_speed * sample.last_extending_speed <= 0.0, still)
     freely = ca.if_else(probability > 0.0, state.free_travel, state.free_travel + ca.fabs(travel))
-    met_it = state.free_travel > FREE_TRAVEL_LEAST * model.stroke
+    met_it = state.free_travel > ROOM_STEP * model.stroke
     missing, std = ca.if_else(met_it, missing, 0.0), ca.if_else(met_it, std, probability)
     may_stand = any_of(still, contact.hold.stands)
 
@@ -412,7 +410,7 @@ def _torque_evidence(
     by_compliance = at.torque_by[Quantity.COMPLIANCE]
     pushes = all_of(compressed, ca.fabs(by_compliance) > step.torque.noise)
     turns = all_of(ca.fabs(sample.motor_speed) > MOTOR_TURNS, negated(hold.held))
-    steady = ca.fabs(step.torque.change) < STEADY_TORQUE * ca.fabs(at.torque_by[Quantity.LEAKAGE])
+    steady = ca.fabs(step.torque.change) < BLIND_SHARE * ca.fabs(at.torque_by[Quantity.LEAKAGE])
     valve = all_of(all_of(turns, step.torque.shows < BLIND_SHARE), steady)
     closed_for = ca.if_else(valve, state.closed_for + sample.elapsed, 0.0)
     blind = lasted(closed_for, VALVE_SETTLED)
@@ -459,7 +457,7 @@ def _place(at: Prediction, met: ContactEvidence, model: MachineModel) -> Place:
     evident = at.checks.unless_contradicted(contact.evidence)
     by_contact = all_of(evident, negated(reported))
     # The torque may be late: the oil seems to be compressed a little after it is.
-    samples = ca.fmax(0.5 * model.assumed.drive.delay / ca.fmax(sample.elapsed, SHORTEST_STEP), LATE_LEAST)
+    samples = ca.fmax(0.5 * model.assumed.drive.delay / ca.fmax(sample.elapsed, SHORTEST_STEP), BETWEEN_STD)
     late = ca.fabs(step.motion.free_travel) * samples
     given_way = (step.load.carried / model.stop_stiffness) ** 2
     own = (stops.contact * model.stroke) ** 2 + given_way

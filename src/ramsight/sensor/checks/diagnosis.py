@@ -30,16 +30,7 @@ import casadi as ca
 from ramsight.engine.typed_state import chosen, leaf, leaves, mapped
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, flag, negated
 from ramsight.sensor.inputs.sample import Sample, lasted
-from ramsight.sensor.thresholds import (
-    GAIN_PRIOR_STD,
-    GAIN_STD_LEAST,
-    LIKELY_STDS,
-    MEMORY_TIME,
-    OFFSET_PRIOR_SHARE,
-    SHORTEST_STEP,
-    TINY,
-    USUAL_STDS,
-)
+from ramsight.sensor.thresholds import GAIN_STD_LEAST, LIKELY_STDS, MEMORY_TIME, SHORTEST_STEP, TINY, USUAL_STDS
 
 KINDS = ("gain", "offset", "sign", "stuck", "other")
 """The hypotheses, in the order of their probabilities."""
@@ -130,8 +121,8 @@ def likelihoods(sums: Evidence, most: Real, gain: Real = 0.0) -> tuple[Scalar, .
     # The noise may be the other report's: a gain multiplies it as well.
     times = ca.fmax(gain_of(s) ** 2, 1.0)
     return (
-        normal(apart, s.xy - s.xx, s.xx, GAIN_PRIOR_STD, times),
-        normal(apart, s.y - s.x, s.one, OFFSET_PRIOR_SHARE * most),
+        normal(apart, s.xy - s.xx, s.xx, 1.0 / USUAL_STDS, times),
+        normal(apart, s.y - s.x, s.one, 1.0 / LIKELY_STDS * most),
         normal(together, s.xy + s.xx, s.xx, ca.fmax(gain, GAIN_STD_LEAST)),
         normal(s.yy, s.y, s.one, most),
         s.anywhere,

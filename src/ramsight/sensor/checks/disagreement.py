@@ -19,7 +19,7 @@ import casadi as ca
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar
 from ramsight.sensor.inputs.sample import Sample
-from ramsight.sensor.thresholds import FALSE_ALARM_RATE, HALF_ALARM, MEMORY_TIME
+from ramsight.sensor.thresholds import FALSE_ALARM_RATE, HALF, MEMORY_TIME
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def summed(
     lasts = kept * before.lasts + lasting * h
     late = delay * ca.fabs(level - mean)
     allowed = sure(memory) * ca.sqrt(variance + lasts**2) + late
-    alarm = ca.fabs(by) > ca.if_else(before.alarm, HALF_ALARM * allowed, allowed)
+    alarm = ca.fabs(by) > ca.if_else(before.alarm, HALF * allowed, allowed)
     after = Sums(apart=by, mean=mean, variance=variance, lasts=lasts, level=level, alarm=alarm)
     return after, Disagreement(by, allowed, late, alarm)
 

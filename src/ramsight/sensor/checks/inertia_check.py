@@ -25,17 +25,15 @@ from ramsight.sensor.checks.drive_check import DriveChecks
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
-    BAND_FAST,
-    BAND_SLOW,
     FRICTION_STEADY_SPEED,
     GAP_PERIOD,
-    HALF_ALARM,
-    INERTIA_GATE,
+    HALF,
     INERTIA_MODEL_STD,
-    LOG_RATIO_MOST,
+    SAMPLE,
     SHORTEST_STEP,
     SIGN_ALARM,
     SUM_CEILING,
+    USUAL_STDS,
 )
 
 
@@ -97,11 +95,11 @@ def check_inertia(
     reported, y = _band(state.reported, 0.5 * (sample.motor_torque + sample.last_torque), turns, h)
     noise = model.torque_std
     variance = noise**2 + (model.assumed.inertia.std**2 + INERTIA_MODEL_STD**2) * x**2
-    shows = all_of(ca.fabs(x) > noise, ca.fabs(y) < INERTIA_GATE * ca.fabs(x) + noise)
-    ratio = within(-2.0 * x * y / variance, -LOG_RATIO_MOST, LOG_RATIO_MOST)
-    grown = within(state.evidence + ratio * sample.elapsed / BAND_SLOW, 0.0, SUM_CEILING * SIGN_ALARM)
+    shows = all_of(ca.fabs(x) > noise, ca.fabs(y) < USUAL_STDS * ca.fabs(x) + noise)
+    ratio = within(-2.0 * x * y / variance, -SIGN_ALARM / 3.0, SIGN_ALARM / 3.0)
+    grown = within(state.evidence + ratio * sample.elapsed / GAP_PERIOD, 0.0, SUM_CEILING * SIGN_ALARM)
     evidence = ca.if_else(all_of(turns, shows), grown, state.evidence)
-    alarm = evidence > ca.if_else(state.alarm, HALF_ALARM * SIGN_ALARM, SIGN_ALARM)
+    alarm = evidence > ca.if_else(state.alarm, HALF * SIGN_ALARM, SIGN_ALARM)
     after = InertiaState(ramp=ramp, expected=expected, reported=reported, evidence=evidence, alarm=alarm)
     more = {**checks.more, "sign_reversed": (evidence / SIGN_ALARM, "1")}
     return after, replace(checks, sign_wrong=alarm, more=more, declared=True)
@@ -119,6 +117,6 @@ def _band(state: BandState, value: Scalar, turns: Flag, h: Scalar) -> tuple[Band
     """A value through the band-pass filter; it starts where the motor begins to turn."""
     fast, slow = (
         ca.if_else(turns, value + (before - value) * ca.exp(-h / constant), value)
-        for before, constant in ((state.fast, BAND_FAST), (state.slow, BAND_SLOW))
+        for before, constant in ((state.fast, 2.0 * SAMPLE), (state.slow, GAP_PERIOD))
     )
     return BandState(fast=fast, slow=slow), fast - slow

@@ -24,11 +24,11 @@ from ramsight.sensor.inputs.sample import DC_POWER, Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
     FRICTION_TORQUE_SHARE,
-    HALF_ALARM,
-    MEASURABLE_LIMIT,
+    HALF,
+    LIMIT_SHARE,
     MEMORY_TIME,
+    NUMBER_LIMIT,
     SHORTEST_STEP,
-    TORQUE_LIMIT_SHARE,
     TORQUE_STEADY_SPEED,
     TURNED_LEAST,
 )
@@ -110,7 +110,7 @@ class PowerReading:
     def of(cls, state: PowerState, sample: Sample, model: MachineModel) -> PowerReading:
         """The power at a sample of a machine that declares it."""
         reported = sample.measured[DC_POWER]
-        there = all_of(all_of(ca.fabs(reported) < MEASURABLE_LIMIT, state.begun), sample.elapsed > 0.0)
+        there = all_of(all_of(ca.fabs(reported) < NUMBER_LIMIT, state.begun), sample.elapsed > 0.0)
         return cls(
             state=state,
             sample=sample,
@@ -180,7 +180,7 @@ class PowerReading:
             std=ca.sqrt(self._noise(speed) ** 2 + self._unknown(speed, covariance)) / turning,
             delay=assumed.drive.delay,
             there=all_of(self.there, ca.fabs(speed) > TORQUE_STEADY_SPEED),
-            most=TORQUE_LIMIT_SHARE * self.model.relief_torque,
+            most=LIMIT_SHARE * self.model.relief_torque,
             least=FRICTION_TORQUE_SHARE * self.model.relief_torque,
             gain=max(assumed.drive.torque_gain, assumed.power.gain),
         )
@@ -202,7 +202,7 @@ class PowerReading:
         """
         dt, drive = self.sample.elapsed, self.model.assumed.drive
         h = ca.fmax(dt, SHORTEST_STEP)
-        usual = ca.fabs(found.by) < HALF_ALARM * found.allowed
+        usual = ca.fabs(found.by) < HALF * found.allowed
         use = all_of(all_of(self.there, usual), ca.fabs(speed) > TORQUE_STEADY_SPEED)
         # What delays make of a changing level lasts as long as the change, noise as long as filters do.
         filtered = self._noise(speed) ** 2 * ca.fmax(1.0, 2.0 * drive.delay / h)

@@ -21,7 +21,7 @@ from ramsight.sensor.checks.drive_check import DriveChecks, wrong_leakage
 from ramsight.sensor.circuit.pressures import measured_pressures
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.thresholds import EFFICIENCY_STD, PRESSURE_TURNED_LEAST
+from ramsight.sensor.thresholds import EFFICIENCY_STD, TORQUE_ERROR_TIME
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +76,7 @@ def check_pressures(
         noise=ca.sqrt(noise**2 + over_std**2),
     )
     turned = leaky_sum(state.shown, count(shown), sample.elapsed)
-    by = ca.if_else(turned > PRESSURE_TURNED_LEAST, found.by / ca.fmax(turned, PRESSURE_TURNED_LEAST), 0.0)
+    by = ca.if_else(turned > TORQUE_ERROR_TIME, found.by / ca.fmax(turned, TORQUE_ERROR_TIME), 0.0)
     alarm = all_of(found.alarm, negated(checks.undecided))
     wrong = ca.fmin(ca.fabs(by), model.relief_torque)
     onset, grows = growth_from_onset(state.onset, alarm, wrong_leakage(wrong, sample, model), sample.elapsed)

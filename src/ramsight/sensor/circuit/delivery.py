@@ -7,7 +7,7 @@ from typing import Any
 
 from ramsight.plant.balance import Balance
 from ramsight.plant.oil import T40
-from ramsight.sensor.thresholds import DELIVERY_SPEED_SHARE, DELIVERY_STEP, DELIVERY_STEPS
+from ramsight.sensor.thresholds import DELIVERY_SPEED_SHARE, DELIVERY_STEPS, SAMPLE
 
 
 @lru_cache(maxsize=256)
@@ -30,7 +30,7 @@ def delivers(balance: Balance, node: str, way: float) -> bool:
     )
     z: Any = rest  # an array of numbers at first, then CasADi's
     for _ in range(int(DELIVERY_STEPS)):
-        z = balance.step(z, speed, speed, 0.0, 0.0, p, DELIVERY_STEP, held=1.0, settles=True).z
+        z = balance.step(z, speed, speed, 0.0, 0.0, p, SAMPLE, held=1.0, settles=True).z
     return bool(z[place] > rest[place])
 
 

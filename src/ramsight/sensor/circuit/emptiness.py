@@ -21,7 +21,7 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
     FRICTION_SPREAD,
     LOAD_FALLEN_SHARE,
-    LOAD_MEMORY,
+    MEMORY_TIME,
     NO_PRESSURE,
     SURE_STDS,
     TORQUE_OFFSET,
@@ -92,7 +92,7 @@ def emptiness(
         empty = all_of(held, *drained, ca.fabs(balance.force(z)) < least)
         return Emptiness(None, 0.0, empty, empty)
     # What it carried is remembered for as long as it may carry none.
-    fades = ca.if_else(state.since > 0.0, 1.0, ca.exp(-sample.elapsed / LOAD_MEMORY))
+    fades = ca.if_else(state.since > 0.0, 1.0, ca.exp(-sample.elapsed / MEMORY_TIME))
     carried = ca.fmax(load, state.carried * fades)
     offset = ca.if_else(load < LOAD_FALLEN_SHARE * carried, TORQUE_OFFSET * model.relief_torque, 0.0)
     persistent2 = ((FRICTION_SPREAD - 1.0) ** 2 * friction**2 + offset**2) / model.travel_per_radian**2

@@ -12,6 +12,7 @@ torque.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -23,13 +24,14 @@ from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import FACTOR_OF, Quantity, Values
 from ramsight.sensor.thresholds import (
-    FIRST_INSTANT,
     FRICTION_TORQUE_SHARE,
-    LEAKAGE_POWER_MOST,
+    KELVIN,
+    LEAK_FACTOR_LEAST,
+    LEAK_FACTOR_MOST,
     LEAKAGE_REFERENCE,
-    LEAKAGE_SETTLED,
+    OUTSIDE,
+    SHORTEST_STEP,
     SMOOTHING_TIME,
-    VISCOSITY_STEP,
 )
 
 
@@ -67,7 +69,9 @@ class Leakage:
         power = learned[Quantity.LAG] * self.rate + learned[Quantity.EXPONENT] * self.by_exponent
         if Quantity.WARMER in learned:
             power = power + learned[Quantity.WARMER] * self.per_kelvin
-        return ca.exp(within(power, -LEAKAGE_POWER_MOST, LEAKAGE_POWER_MOST))
+        # No law makes more of a leakage than lies between the tightest and the leakiest pump.
+        most = math.log(LEAK_FACTOR_MOST / LEAK_FACTOR_LEAST)
+        return ca.exp(within(power, -most, most))
 
     def factors(self, learned: Values) -> list[Scalar]:
         """Factors of the balance at this sample, in its order [1]."""
@@ -110,9 +114,9 @@ def leakage_law(
     """
     now, dt = sample.oil_temperature, sample.elapsed
     before = ca.if_else(negated(sample.started), now, state.temperature)
-    after = before + dt / (ca.fmin(state.age, SMOOTHING_TIME) + dt + FIRST_INSTANT) * (now - before)
+    after = before + dt / (ca.fmin(state.age, SMOOTHING_TIME) + dt + SHORTEST_STEP) * (now - before)
     # Two filters that begin with the same noisy sample differ by that noise for a while.
-    settled = ca.fmin(state.age / (LEAKAGE_SETTLED * SMOOTHING_TIME), 1.0)
+    settled = ca.fmin(state.age / (-math.log(OUTSIDE) * SMOOTHING_TIME), 1.0)
     gaps = sample.pump_temperature
     # A thermometer's lag does not concern how much warmer the gaps are.
     ratio: Real = model.viscosity(after + sample.pump_warmer) / model.viscosity(gaps)
@@ -121,7 +125,7 @@ def leakage_law(
     law = Leakage(
         change=change,
         rate=change / SMOOTHING_TIME,
-        per_kelvin=ca.log(model.viscosity(gaps) / model.viscosity(gaps + VISCOSITY_STEP)) / VISCOSITY_STEP,
+        per_kelvin=ca.log(model.viscosity(gaps) / model.viscosity(gaps + KELVIN)) / KELVIN,
         by_exponent=ca.log(LEAKAGE_REFERENCE / share),
     )
     return LeakageState(temperature=after, age=state.age + dt), law

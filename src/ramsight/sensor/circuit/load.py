@@ -31,11 +31,11 @@ from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
     FIRST_LOAD_SHARE,
-    FRICTION_TIME,
-    JUMP_GATE,
+    HALF,
     RELEASED_TRAVEL,
     RELEASED_TRAVEL_LEAST,
-    SHOWN_SHARE,
+    SURE_STDS,
+    TORQUE_ERROR_TIME,
 )
 
 LOAD = "load"
@@ -270,7 +270,7 @@ def _innovation(state: LoadState, free: FreeStep) -> _Innovation:
     Friction at standstill has an unknown sign: what lies within it is followed slowly. Before a first load has been
     observed, it is followed as fast as that load is uncertain.
     """
-    slowly = ca.if_else(free.shown, ca.fmin(free.h / FRICTION_TIME, 1.0), 0.0)
+    slowly = ca.if_else(free.shown, ca.fmin(free.h / TORQUE_ERROR_TIME, 1.0), 0.0)
     unknown = free.torque_by_first**2 * state.first_variance
     first_share = unknown / (unknown + free.torque_by_load**2 * state.variance + free.noise.variance)
     slowly = ca.fmax(slowly, ca.if_else(free.shown, first_share, 0.0))
@@ -289,8 +289,8 @@ def _gains(state: LoadState, free: FreeStep, innovation: Scalar, held: Flag, mod
     # A load that jumps gains as much variance as explains the torque, on whichever of the two is larger.
     on_first = first > variance
     most = ca.if_else(on_first, by_first, by_load)
-    jumps = all_of(innovation**2 > JUMP_GATE * total, ca.fabs(most) > SHOWN_SHARE * per_angle)
-    more = (innovation**2 / JUMP_GATE - total) / ca.fmax(most**2, (SHOWN_SHARE * per_angle) ** 2)
+    jumps = all_of(innovation**2 > SURE_STDS**2 * total, ca.fabs(most) > HALF * per_angle)
+    more = (innovation**2 / SURE_STDS**2 - total) / ca.fmax(most**2, (HALF * per_angle) ** 2)
     more = ca.if_else(jumps, more, 0.0)
     first, variance = first + ca.if_else(on_first, more, 0.0), variance + ca.if_else(on_first, 0.0, more)
     total = by_first**2 * first + by_load**2 * variance + noise

@@ -13,11 +13,11 @@ from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
     FRICTION_SPREAD,
+    HALF,
     MIXED_FRICTION_SPEED,
     MOTOR_TURNS,
     SETTLED_SHARE,
     SHORTEST_STEP,
-    SHOWN_SHARE,
 )
 
 
@@ -225,7 +225,7 @@ def _shown_at_rest(
     solution: Solution, torque_by_load: Scalar, hidden: Scalar, sample: Sample, model: MachineModel
 ) -> Flag:
     """Whether the torque of a motor that stands shows the load that it holds, but for friction."""
-    shown = all_of(hidden > 0.0, ca.fabs(torque_by_load) > SHOWN_SHARE * model.travel_per_radian)
+    shown = all_of(hidden > 0.0, ca.fabs(torque_by_load) > HALF * model.travel_per_radian)
     return all_of(shown, _pump_holds(solution, sample, model))
 
 
@@ -236,4 +236,4 @@ def _pump_holds(solution: Solution, sample: Sample, model: MachineModel) -> Flag
     Noise would let the load grow and never shrink.
     """
     needed = sample.way * model.lift * model.travel_per_radian * model.balance.force(solution.z)
-    return ca.fabs(solution.torque - needed) < (1.0 - SHOWN_SHARE) * ca.fabs(needed) + model.torque_std
+    return ca.fabs(solution.torque - needed) < (1.0 - HALF) * ca.fabs(needed) + model.torque_std

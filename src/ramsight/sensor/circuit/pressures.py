@@ -18,13 +18,7 @@ from ramsight.plant.balance import Solution
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.inputs.sample import PRESSURES, Sample, declared_inputs
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.thresholds import (
-    PRESSURE_ABOVE,
-    PRESSURE_BELOW,
-    PRESSURE_SETTLING,
-    SHOWN_SHARE,
-    TORQUE_STEADY_SPEED,
-)
+from ramsight.sensor.thresholds import HALF, MEMORY_TIME, PRESSURE_ABOVE, PRESSURE_BELOW, TORQUE_STEADY_SPEED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +95,7 @@ class MeasuredPressures:
         """
         values = ca.vertsplit(before)
         shown, corrected = dict(state.shown), dict(state.corrected)
-        std, share = model.assumed.pressure.std, h / (PRESSURE_SETTLING + h)
+        std, share = model.assumed.pressure.std, h / (MEMORY_TIME + h)
         for name, (place, area) in _chambers(model).items():
             variance = state.load_variance / area**2 + (_leak_std(model) * state.leaked[name]) ** 2
             reported = sample.measured[name]
@@ -163,10 +157,10 @@ class MeasuredPressures:
             slope = slope + sign * area * by_load[place]
         # Behind a closed valve, and while the motor hardly turns, the torque shows no pressure.
         shows = all_of(
-            ca.fabs(torque_by_load) > SHOWN_SHARE * self.model.travel_per_radian,
+            ca.fabs(torque_by_load) > HALF * self.model.travel_per_radian,
             ca.fabs(self.sample.motor_speed) > TORQUE_STEADY_SPEED,
         )
-        shows = all_of(all_of(shows, negated(held)), ca.fabs(slope) > SHOWN_SHARE)
+        shows = all_of(all_of(shows, negated(held)), ca.fabs(slope) > HALF)
         shows = all_of(self._both_known(), all_of(self.state.begun, shows))
         per_force = ca.if_else(shows, torque_by_load / slope, 0.0)
         over = ca.if_else(shows, missed - per_force * force, 0.0)

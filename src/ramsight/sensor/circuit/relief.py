@@ -13,7 +13,7 @@ from ramsight.plant.valve import ReliefValve
 from ramsight.sensor.circuit.delivery import delivers
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.normal_tail import upper_tail
-from ramsight.sensor.thresholds import RELIEF_PUSH_SHARE, RELIEF_RANGE
+from ramsight.sensor.thresholds import BETWEEN_STD, RELIEF_RANGE
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def passed_share(probability: Scalar) -> tuple[Scalar, Scalar]:
     with the square of the probability for all of it having passed: the setting may be low.
     """
     all_passed = probability**2
-    std = ca.sqrt(all_passed * (1.0 - all_passed) + (RELIEF_PUSH_SHARE * all_passed) ** 2)
+    std = ca.sqrt(all_passed * (1.0 - all_passed) + (BETWEEN_STD * all_passed) ** 2)
     return ca.fmax(2.0 * probability - 1.0, 0.0), std
 
 

@@ -14,14 +14,7 @@ from ramsight.plant.valve import CLOSED_POINT
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.thresholds import (
-    CERTAIN,
-    LOAD_CHANGE_GAIN,
-    LOAD_CHANGE_SURE,
-    LOAD_FOUND_TIME,
-    MOTOR_TURNS,
-    SHOWN_SHARE,
-)
+from ramsight.sensor.thresholds import CERTAIN, HALF, LOAD_CHANGE_GAIN, LOAD_CHANGE_SURE, LOAD_FOUND_TIME, MOTOR_TURNS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +94,7 @@ def unseen_load(
         expected: a load change before any has been observed, standard deviation [N].
         furthest: that a load can be from the one observed last [N].
     """
-    shows = all_of(step.torque.shows > SHOWN_SHARE, ca.fabs(sample.motor_speed) > MOTOR_TURNS)
+    shows = all_of(step.torque.shows > HALF, ca.fabs(sample.motor_speed) > MOTOR_TURNS)
     shown_for = ca.if_else(shows, state.shown_for + sample.elapsed, 0.0)
     sees = lasted(shown_for, LOAD_FOUND_TIME)
     learns = all_of(all_of(sees, negated(lasted(state.shown_for, LOAD_FOUND_TIME))), state.was_seen)

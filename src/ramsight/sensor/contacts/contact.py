@@ -51,14 +51,14 @@ from ramsight.sensor.thresholds import (
     CONTACT_SLIP_UNKNOWN,
     DIRECTION_TRAVEL,
     END_GIVES,
+    HALF,
+    LOAD_FALLEN_SHARE,
     LOAD_FOUND_TIME,
-    LOAD_LEFT_SHARE,
-    LOAD_MEMORY,
+    MEMORY_TIME,
     MOTOR_TURNS,
-    RELIEF_CERTAIN,
+    OUTSIDE,
     SEPARATE_CONTACTS,
     SETTLING_STD_SHARE,
-    SHOWN_SHARE,
     SURE_STDS,
     USUAL_STDS,
     VALVE_SETTLED,
@@ -306,7 +306,7 @@ def _over(
     lasts = ca.if_else(all_of(near, any_of(before.lasts > 0.0, rose)), before.lasts + sample.elapsed, 0.0)
     began = ca.if_else(all_of(near, before.lasts > 0.0), before.position, motor.before)
     likely = likelier_at_end(motor.before, now.std, motor.way, model) > 0.0
-    over = all_of(near, any_of(now.relief > RELIEF_CERTAIN, all_of(lasted(lasts, VALVE_SETTLED), likely)))
+    over = all_of(near, any_of(now.relief > 1.0 - OUTSIDE, all_of(lasted(lasts, VALVE_SETTLED), likely)))
     return NearSettingState(lasts=lasts, position=began), over
 
 
@@ -351,8 +351,8 @@ def _settling(
     piston seems to go on.
     """
     carries = ca.fabs(step.load.carried)
-    carried = ca.fmax(carries, state.carried * ca.exp(-sample.elapsed / LOAD_MEMORY))
-    position = ca.if_else(carries < LOAD_LEFT_SHARE * carried, state.position, before)
+    carried = ca.fmax(carries, state.carried * ca.exp(-sample.elapsed / MEMORY_TIME))
+    position = ca.if_else(carries < (1.0 - LOAD_FALLEN_SHARE) * carried, state.position, before)
     return position, SettlingState(empty=sinks, carried=carried, position=position)
 
 
@@ -393,6 +393,6 @@ def _mode(state: ContactState, step: LoadStep, now: Estimated, released: Flag, m
         "no force": step.load.empty,
         "relief valve open": now.relief > 0.0,
         "motor turns": motor.turns,
-        "torque shows the load": step.torque.shows > SHOWN_SHARE,
+        "torque shows the load": step.torque.shows > HALF,
     }
     return next_mode(state.mode, conditions)

@@ -30,12 +30,12 @@ from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
-    DECOMPRESSION_MOST,
-    LOAD_MEMORY,
-    RELEASE_MODEL,
+    COMPLIANCE_FACTOR_MOST,
+    HALF,
+    MEMORY_TIME,
     SHORTEST_STEP,
     SURE_STDS,
-    TORQUE_LEAST,
+    TINY,
     USUAL_STDS,
 )
 
@@ -216,7 +216,7 @@ def look_for_release(
     oil_back = ca.if_else(back, state.drawn_back + pumped, 0.0)
     towards = pressed * direction
     pressed_before = ca.if_else(back, state.pressed_before, ca.fabs(towards))
-    most_drawn = oil_back > DECOMPRESSION_MOST * step.motion.give * state.pressed_before
+    most_drawn = oil_back > 2.0 * COMPLIANCE_FACTOR_MOST * step.motion.give * state.pressed_before
     leaves = all_of(back, any_of(drawn.surely, any_of(towards < -friction, most_drawn)))
     released = any_of(any_of(leaves, sunk_at_rest), any_of(yields, stays))
     # Of a piston that was pressed on it before, the torque has long shown that; what it stays behind is a part of all.
@@ -279,7 +279,7 @@ def _moved_in_vain(
     """Velocity by leakage before the piston stood [m/s], and the way that the pump delivered beyond that [m]."""
     pumped = sample.extending_angle * model.travel_per_radian
     newest = (pumped - step.motion.free_travel) / ca.fmax(sample.elapsed, SHORTEST_STEP)
-    share = ca.fmin(sample.elapsed / LOAD_MEMORY, 1.0)
+    share = ca.fmin(sample.elapsed / MEMORY_TIME, 1.0)
     leakage = ca.if_else(keeps, state.leakage, state.leakage + share * (newest - state.leakage))
     pushed = state.pushed_in_vain + pumped - state.leakage * sample.elapsed
     return leakage, pushed
@@ -342,7 +342,7 @@ def _load_before(
     While the piston comes to stand the load seems to collapse, for what stops it carries it: the largest or the least
     one of the last moments is the one from before.
     """
-    load, share = step.load.value, ca.fmin(sample.elapsed / LOAD_MEMORY, 1.0)
+    load, share = step.load.value, ca.fmin(sample.elapsed / MEMORY_TIME, 1.0)
     share = ca.if_else(sample.started, share, 1.0)
     least = ca.if_else(
         piston.keeps_load, state.load_least, ca.fmin(load, state.load_least + share * (load - state.load_least))
@@ -357,7 +357,7 @@ def _load_before(
 def _share(shown: Scalar, expected: Scalar) -> Scalar:
     """How much of an expected change is there, 0 to 1."""
     some = ca.fmax(shown * ca.sign(expected), 0.0)
-    return ca.fmin(some / ca.fmax(ca.fabs(expected), TORQUE_LEAST), 1.0)
+    return ca.fmin(some / ca.fmax(ca.fabs(expected), TINY), 1.0)
 
 
 def torque_stays(step: LoadStep, expected: Scalar, shown: Scalar) -> Flag:
@@ -369,5 +369,5 @@ def torque_stays(step: LoadStep, expected: Scalar, shown: Scalar) -> Flag:
         shown: change of the reported one [N m].
     """
     sense, noise = ca.sign(expected), SURE_STDS * step.torque.noise
-    stays = (expected - shown) * sense > noise + RELEASE_MODEL * ca.fabs(expected)
+    stays = (expected - shown) * sense > noise + HALF * ca.fabs(expected)
     return all_of(stays, -step.torque.innovation * sense > noise)

@@ -35,11 +35,9 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
     END_HELD_TIME,
     FALSE_CONTACT,
-    HELD_OBSTACLE,
     NO_END_HOLDS,
-    NOWHERE_LIKELIER,
-    PASSED_END,
-    TORQUE_LEAST,
+    OUTSIDE,
+    TINY,
     USUAL_STDS,
     VOLUME_MODEL_STD,
 )
@@ -119,7 +117,7 @@ def likelier_at_end(position: Scalar, std: Real, direction: Scalar, model: Machi
     end = ca.if_else(direction > 0.0, model.stroke - stops.extended, stops.retracted)
     variance = std**2 + (stops.contact * model.stroke) ** 2
     density = 0.5 * ca.log(model.stroke**2 / (2.0 * math.pi * variance)) - 0.5 * (position - end) ** 2 / variance
-    return ca.fmax(density, NOWHERE_LIKELIER)
+    return ca.fmax(density, math.log(OUTSIDE))
 
 
 def odds_of_end(held: Scalar, place: Real) -> Scalar:
@@ -171,9 +169,9 @@ def odds_of_obstacle(press: PressState, noise: Scalar, went_on: Flag) -> Scalar:
         went_on: whether the piston went on through it; else it went back.
     """
     model2 = (press.compliance_std / press.compliance) ** 2 + VOLUME_MODEL_STD**2
-    variance = noise**2 + press.rise**2 * model2 + TORQUE_LEAST**2
+    variance = noise**2 + press.rise**2 * model2 + TINY**2
     usual = ca.exp(-0.5 * press.missing**2 / variance) / ca.sqrt(2.0 * math.pi * variance)
     # Of an end that is taken for none the torque is whatever it is of an obstacle.
     other = 1.0 / ca.sqrt(press.rise**2 + 2.0 * math.pi * variance)
-    on, back = other / (PASSED_END * (usual + other)), HELD_OBSTACLE * other / (usual + PASSED_END * other)
+    on, back = other / (OUTSIDE * (usual + other)), OUTSIDE * other / (usual + OUTSIDE * other)
     return ca.log(ca.if_else(went_on, on, back))

@@ -37,6 +37,7 @@ from ramsight.sensor.thresholds import (
     GAP_PERIOD,
     HABIT_GAIN,
     HABIT_LEAST,
+    LAG_MOST,
     LATE_IN_ORDER,
     LIKELY_STDS,
     LIMIT_SHARE,
@@ -52,9 +53,6 @@ from ramsight.sensor.thresholds import (
     TEMPERATURE_HIGHEST,
     TEMPERATURE_LOWEST,
     TEMPERATURE_STEP,
-    TEMPERATURE_STEP_LONGEST,
-    TEMPERATURE_STEP_SHORTEST,
-    TORQUE_LIMIT_SHARE,
     TORQUE_STEADY_SPEED,
     TORQUE_STEP_SHARE,
     UNSEEN_SPEED_SHARE,
@@ -320,7 +318,7 @@ def _reported_speed(state: IntakeState, raw: Raw, clock: _Clock, model: MachineM
 def _torque(state: IntakeState, raw: Raw, speed: Scalar, model: MachineModel) -> tuple[TorqueState, Flag, Flag]:
     """The torque that is used, whether the reported one is possible, and whether it stands still."""
     torque, last = raw.motor_torque, state.torque
-    possible = all_of(_inside(torque, TORQUE_LIMIT_SHARE * model.largest_torque), negated(_pulls(raw, speed, model)))
+    possible = all_of(_inside(torque, LIMIT_SHARE * model.largest_torque), negated(_pulls(raw, speed, model)))
     changed = torque != last.value
     turning = ca.fabs(speed) > TORQUE_STEADY_SPEED
     learnt = last.habit + HABIT_GAIN * (count(changed) - last.habit)
@@ -352,7 +350,7 @@ def _temperature(state: TemperatureState, raw: Raw, elapsed: Scalar) -> tuple[Te
     """
     reported, filtered = raw.oil_temperature, state.filtered
     possible = all_of(reported > TEMPERATURE_LOWEST, reported < TEMPERATURE_HIGHEST)
-    patience = ca.fmax(TEMPERATURE_STEP_SHORTEST, ca.fmin(state.good_for, TEMPERATURE_STEP_LONGEST))
+    patience = ca.fmax(2.0 * OIL_TIME_CONSTANT, ca.fmin(state.good_for, LAG_MOST))
     accepted = state.step_for > patience
     known = all_of(filtered > TEMPERATURE_LOWEST, negated(accepted))
     step = all_of(possible, all_of(known, ca.fabs(reported - filtered) > TEMPERATURE_STEP))

@@ -20,7 +20,7 @@ from ramsight.expression import Scalar, all_of
 from ramsight.machine.assumption_description import AssumedMotorTemperature
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.inputs.sample import MOTOR_TEMPERATURE, Raw
-from ramsight.sensor.thresholds import MAGNET_STEP, MAGNETS_HOTTEST, TEMPERATURE_LOWEST
+from ramsight.sensor.thresholds import KELVIN, MAGNETS_HOTTEST, TEMPERATURE_LOWEST
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +49,6 @@ def correct_torque(state: MagnetState, raw: Raw, assumed: AssumedMotorTemperatur
     reported = raw.measured[MOTOR_TEMPERATURE]
     possible = all_of(reported > TEMPERATURE_LOWEST, reported < MAGNETS_HOTTEST)
     warmer = ca.if_else(possible, reported - assumed.reference, state.warmer)
-    used = ca.if_else(ca.fabs(warmer - state.warmer) >= MAGNET_STEP, warmer, state.warmer)
+    used = ca.if_else(ca.fabs(warmer - state.warmer) >= KELVIN, warmer, state.warmer)
     torque = raw.motor_torque * (1.0 - assumed.loss * used)
     return MagnetState(warmer=used), replace(raw, motor_torque=torque)

@@ -13,7 +13,7 @@ import casadi as ca
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Scalar
 from ramsight.sensor.inputs.sample import Sample
-from ramsight.sensor.thresholds import FIRST_INSTANT, SMOOTHING_TIME
+from ramsight.sensor.thresholds import SHORTEST_STEP, SMOOTHING_TIME
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +33,6 @@ def warming_rate(state: WarmingState, sample: Sample) -> tuple[WarmingState, Sca
     """Rate of the smoothed temperature [K/s]."""
     dt = sample.elapsed
     before = ca.if_else(state.age > 0.0, state.temperature, sample.oil_temperature)
-    change = dt / (ca.fmin(state.age, SMOOTHING_TIME) + dt + FIRST_INSTANT) * (sample.oil_temperature - before)
-    rate = ca.if_else(dt > 0.0, change / ca.fmax(dt, FIRST_INSTANT), 0.0)
+    change = dt / (ca.fmin(state.age, SMOOTHING_TIME) + dt + SHORTEST_STEP) * (sample.oil_temperature - before)
+    rate = ca.if_else(dt > 0.0, change / ca.fmax(dt, SHORTEST_STEP), 0.0)
     return WarmingState(temperature=before + change, age=state.age + dt), rate

@@ -15,12 +15,12 @@ from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Scalar, all_of, any_of, negated
 from ramsight.sensor.thresholds import (
     GAP_PERIOD,
-    HALF_ALARM,
+    HALF,
     MOTOR_TURNS,
-    RATE_EARLY,
     RATE_LEARNT,
     RATE_LEARNT_MOST,
     RATE_MEMORY,
+    SAMPLE,
     SURE_STDS,
 )
 
@@ -63,11 +63,11 @@ def check_rate(
     # What jitter adds up to, and a mean of so many samples is off by.
     counts_as = 0.5 * RATE_MEMORY + RATE_MEMORY**2 / ca.fmax(state.learnt, 1.0)
     spread = SURE_STDS * ca.sqrt(state.variance * counts_as)
-    early, late = RATE_EARLY + state.period + spread, GAP_PERIOD + spread
+    early, late = 2.0 * SAMPLE + state.period + spread, GAP_PERIOD + spread
     faded = (1.0 - 1.0 / RATE_MEMORY) * state.apart
     apart = ca.if_else(all_of(near, known), faded + tick - state.period, 0.0)
     share = ca.fmax(apart / late, -apart / early)
-    odd = all_of(known, any_of(share > 1.0, all_of(state.odd, share > HALF_ALARM)))
+    odd = all_of(known, any_of(share > 1.0, all_of(state.odd, share > HALF)))
     unknown_for = ca.fmax(ca.fabs(apart) - ca.if_else(state.odd, ca.if_else(apart < 0.0, early, late), 0.0), 0.0)
     learns = all_of(near, ca.fabs(speed) > MOTOR_TURNS)
     differs = ca.if_else(state.learnt > 0.0, tick - state.last, 0.0)

@@ -13,7 +13,7 @@ from ramsight.logs import channels
 from ramsight.logs.channels import column_of
 from ramsight.plant.circuit import COMMANDED
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.thresholds import COMMAND_MOST, SHORTEST_STEP
+from ramsight.sensor.thresholds import LIMIT_SHARE, SHORTEST_STEP
 
 REPORTED = ("time", "motor_speed", "motor_torque", "oil_temperature")
 INPUTS = (*REPORTED, "reference", "reference_known")
@@ -250,7 +250,7 @@ def commanded(reported: Mapping[str, Scalar], last: Mapping[str, Scalar]) -> dic
     found = {}
     for part, value in reported.items():
         inside = ca.fmin(ca.fmax(value, -1.0), 1.0)
-        found[part] = ca.if_else(ca.fabs(value) <= COMMAND_MOST, inside, last[column_of(part)])
+        found[part] = ca.if_else(ca.fabs(value) <= LIMIT_SHARE, inside, last[column_of(part)])
     return found
 
 

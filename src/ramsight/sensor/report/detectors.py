@@ -16,9 +16,10 @@ from ramsight.sensor.thresholds import (
     FALSE_ALARM_RATE,
     GAP_PERIOD,
     IMPOSSIBLE_LOAD,
+    LAG_MOST,
     LIMIT_SHARE,
-    NOISE_TIME,
     NUMBER_LIMIT,
+    OIL_TIME_CONSTANT,
     OUTSIDE_STROKE_LEAST,
     OVERSPEED_SHARE,
     RELIEF_RANGE,
@@ -29,10 +30,7 @@ from ramsight.sensor.thresholds import (
     TEMPERATURE_HIGHEST,
     TEMPERATURE_LOWEST,
     TEMPERATURE_STEP,
-    TEMPERATURE_STEP_LONGEST,
-    TEMPERATURE_STEP_SHORTEST,
     UNCERTAIN_SHARE,
-    UNEXPLAINED_TORQUE,
     VALVE_SETTLED,
     WALTHER_HIGHEST,
     WALTHER_LOWEST,
@@ -109,7 +107,7 @@ DETECTORS = (
         "the thermometer is well",
         f"no number, outside {_celsius(TEMPERATURE_LOWEST, TEMPERATURE_HIGHEST)}, "
         f"or {TEMPERATURE_STEP:g} K from what it was",
-        f"a step is accepted after {TEMPERATURE_STEP_SHORTEST:g} s … {TEMPERATURE_STEP_LONGEST / 60.0:g} min",
+        f"a step is accepted after {2.0 * OIL_TIME_CONSTANT:g} s … {LAG_MOST / 60.0:g} min",
         "the last good temperature is used",
     ),
     Detector(
@@ -174,9 +172,9 @@ DETECTORS = (
         Status.IMPLAUSIBLE_TORQUE,
         (TORQUE, SPEED),
         "the machine explains the torque",
-        f"{UNEXPLAINED_TORQUE:g} standard deviations; {IMPOSSIBLE_LOAD:g} × the load at relief pressure; "
+        f"{2.0 * SURE_STDS:g} standard deviations; {IMPOSSIBLE_LOAD:g} × the load at relief pressure; "
         f"at rest {_percent(REST_TORQUE_SHARE)} of the torque there",
-        f"{VALVE_SETTLED:g} s; {NOISE_TIME:g} s; {EMPTY_TIME:g} s of rest",
+        f"{VALVE_SETTLED:g} s; {GAP_PERIOD:g} s; {EMPTY_TIME:g} s of rest",
         "without a usable torque the last one is used",
     ),
     Detector(

@@ -27,7 +27,7 @@ from ramsight.sensor.report.status_rules import (
     first_of,
     implausible_torque,
 )
-from ramsight.sensor.thresholds import FASTEST_SHARE, NOISE_AVERAGED, TIME_LEAST
+from ramsight.sensor.thresholds import FASTEST_SHARE, NOISE_AVERAGED, TINY
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST, REFERENCED_NOW, Outputs, Report
 
 
@@ -174,5 +174,5 @@ def _shown(
 def _velocity(state: ReportState, sample: Sample, step: LoadStep, contact: Contact) -> Scalar:
     """The piston's velocity, smoothed [m/s]."""
     dt = sample.elapsed
-    moving = ca.if_else(contact.hold.held, 0.0, step.motion.travel / ca.fmax(dt, TIME_LEAST))
+    moving = ca.if_else(contact.hold.held, 0.0, step.motion.travel / ca.fmax(dt, TINY))
     return state.velocity + dt / (NOISE_AVERAGED + dt) * (moving - state.velocity)

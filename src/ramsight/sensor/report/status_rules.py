@@ -19,16 +19,14 @@ from ramsight.sensor.report.stated import Stated
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import (
     EMPTY_TIME,
+    GAP_PERIOD,
     IMPOSSIBLE_LOAD,
     MOTOR_AT_REST,
-    NOISE_TIME,
     OUTSIDE_STROKE_LEAST,
     OVERSPEED_SHARE,
-    REST_SMOOTHING,
     REST_TORQUE_SHARE,
     SURE_STDS,
     UNCERTAIN_SHARE,
-    UNEXPLAINED_TORQUE,
     VALVE_SETTLED,
     WALTHER_HIGHEST,
     WALTHER_LOWEST,
@@ -170,14 +168,14 @@ def implausible_torque(
     """
     torque, dt = step.torque, sample.elapsed
     turning = ca.fabs(sample.motor_speed) > MOTOR_AT_REST
-    wrong = all_of(free, ca.fabs(torque.innovation) > UNEXPLAINED_TORQUE * torque.noise)
+    wrong = all_of(free, ca.fabs(torque.innovation) > 2.0 * SURE_STDS * torque.noise)
     beyond = all_of(turning, ca.fabs(step.load.asked) > IMPOSSIBLE_LOAD * model.relief_load)
     unexplained_for = _while(all_of(turning, wrong), state.unexplained_for, dt)
     impossible_for = _while(all_of(free, beyond), state.impossible_for, dt)
     resting_for = _while(negated(turning), state.resting_for, dt)
-    smoothed = state.at_rest + dt / (REST_SMOOTHING + dt) * (torque.innovation - state.at_rest)
+    smoothed = state.at_rest + dt / (VALVE_SETTLED + dt) * (torque.innovation - state.at_rest)
     at_rest = ca.if_else(lasted(resting_for, EMPTY_TIME), smoothed, 0.0)
-    implausible = any_of(lasted(unexplained_for, VALVE_SETTLED), lasted(impossible_for, NOISE_TIME))
+    implausible = any_of(lasted(unexplained_for, VALVE_SETTLED), lasted(impossible_for, GAP_PERIOD))
     offset = ca.fabs(at_rest) > REST_TORQUE_SHARE * model.relief_torque + torque.hidden
     after = PlausibilityState(
         unexplained_for=unexplained_for, impossible_for=impossible_for, resting_for=resting_for, at_rest=at_rest
