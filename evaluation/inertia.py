@@ -24,7 +24,7 @@ from ramsight.output import write_text
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import SIGN_ALARM
+from ramsight.sensor.thresholds import ALARM_EVIDENCE
 
 DECLARED = 0.3  # of the inertia
 TAIL = 0.1  # share of the days whose sums make the tail
@@ -61,7 +61,7 @@ def measure(days: int) -> dict[str, Any]:
             time = day.log["time"].values
             sensor.start(day.start)
             track = sensor.track(day.log)
-            sums.append(SIGN_ALARM * float(track["sign_reversed"].max()))
+            sums.append(ALARM_EVIDENCE * float(track["sign_reversed"].max()))
             alarms += int((track["status"] == Status.SIGN_CONTRADICTED).any())
             hours += float(time[-1] - time[0]) / 3600.0
             parts.append(slope(plain, day.log))
@@ -86,7 +86,7 @@ def tail(sums: np.ndarray, hours: float) -> dict[str, float]:
     count = max(int(TAIL * len(ordered)), 2)
     begins = float(ordered[count])
     scale = float(np.mean(ordered[:count] - begins))
-    expected = count * math.exp(-(SIGN_ALARM - begins) / scale) * 1000.0 / hours
+    expected = count * math.exp(-(ALARM_EVIDENCE - begins) / scale) * 1000.0 / hours
     return {"largest": float(ordered[0]), "scale": scale, "in_1000_h": expected}
 
 

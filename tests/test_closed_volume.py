@@ -33,13 +33,7 @@ from ramsight.sensor.contacts.mode import Mode
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.thresholds import (
-    EFFICIENCY_STD,
-    EVENT_COUNTS,
-    EVENT_GATE,
-    EVENT_MOVING_STD,
-    EVENT_STANDING_STD,
-)
+from ramsight.sensor.thresholds import EFFICIENCY_STD, EVENT_COUNTS, EVENT_MOVING_STD, EVENT_STANDING_STD, SURE_STDS
 from ramsight.units import RPM
 
 TRACES = Path(__file__).parent / "traces"
@@ -163,7 +157,7 @@ def evidence(missing, known, std=0.05, common=0.0):
         log_weight=ca.DM(0.0),
     )
     event = Measurement(
-        use=ca.DM(1), innovation=ca.SX(missing), H={Quantity.LEAKAGE: 1.0}, R=ca.SX(std**2), gate=EVENT_GATE,
+        use=ca.DM(1), innovation=ca.SX(missing), H={Quantity.LEAKAGE: 1.0}, R=ca.SX(std**2), gate=SURE_STDS,
         power=EVENT_COUNTS, common=common,
     )  # fmt: skip
     return float(ca.evalf(applied(of, event).evidence))
@@ -173,7 +167,7 @@ def evidence(missing, known, std=0.05, common=0.0):
 def test_an_event_weighs_hypotheses_by_a_power_of_its_likelihood_or_of_something_else(off):
     for known in (0.01, 0.3):
         scale = np.hypot(0.05, known)
-        gate = norm.logpdf(EVENT_GATE * scale, 0.0, scale)
+        gate = norm.logpdf(SURE_STDS * scale, 0.0, scale)
         assert evidence(off, known) == pytest.approx(EVENT_COUNTS * max(norm.logpdf(off, 0.0, scale), gate))
 
 

@@ -29,13 +29,13 @@ def test_it_knows_every_constant(script):
 def test_a_change_is_there_before_a_sensor_is_made_and_what_follows_from_it_changes_too():
     code = (
         "import constants_varied as study; study.change('RISK', 1.5);"
-        "from ramsight.sensor.thresholds import CERTAIN, LIKELY_STDS, RISK;"
-        "print(round(1e5 * RISK, 6), round(CERTAIN, 4), float(LIKELY_STDS))"
+        "from ramsight.sensor.thresholds import CERTAIN, RISK, SURE_STDS;"
+        "print(round(1e5 * RISK, 6), round(CERTAIN, 4), float(SURE_STDS))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT / "evaluation", capture_output=True, text=True, check=True
     )
-    assert done.stdout.split() == ["1.5", "4.7133", "3.0"]
+    assert done.stdout.split() == ["1.5", "4.7133", "4.0"]
 
 
 def test_the_worst_log_is_what_a_variant_comes_to(script):

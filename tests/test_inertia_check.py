@@ -20,7 +20,7 @@ from ramsight.sensor import redundancy
 from ramsight.sensor.checks.inertia_check import InertiaState
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import SIGN_ALARM
+from ramsight.sensor.thresholds import ALARM_EVIDENCE
 
 from .sensor_bench import Stepped
 
@@ -135,7 +135,7 @@ def test_the_page_quotes_what_was_measured(monkeypatch):
     assert inertia.sentence(found) in page.replace("\n", " ")
     assert inertia.gains(found) in page.replace("\n", " ")
     assert found["in_1000_h"] <= 1.0
-    assert f"ratios above {SIGN_ALARM:g}:" in page
+    assert f"ratios above {ALARM_EVIDENCE:g}:" in page
 
 
 def test_it_steps_the_same_without_being_compiled(day, sensor):

@@ -38,7 +38,7 @@ from ramsight.sensor.report.status_rules import (
     implausible_torque,
 )
 from ramsight.sensor.status import Status, validity_levels
-from ramsight.sensor.thresholds import CERTAIN, LOAD_CHANGE_SURE, VALVE_SETTLED
+from ramsight.sensor.thresholds import CERTAIN, LATEST_SURE, VALVE_SETTLED
 
 from .plant_bench import UNITS
 from .sensor_bench import Machine, estimated, fed, made, step_of
@@ -254,9 +254,9 @@ def test_a_load_that_nobody_sees_may_be_another_one(resting):
     turning, rest, on_a_stop = samples(
         resting, [(30, 50.0, TURNS | {"load": 2e4}), (10, 0.0, TURNS | {"load": 2e4}), (5, 0.0, TURNS | {"held": 1.0})]
     )
-    assert turning[0] == pytest.approx(LOAD_CHANGE_SURE * 1e-7 * 1e4), "until the load has been found"
+    assert turning[0] == pytest.approx(LATEST_SURE * 1e-7 * 1e4), "until the load has been found"
     assert turning[16:] == pytest.approx(np.zeros(14))
-    assert rest == pytest.approx(np.full(10, LOAD_CHANGE_SURE * 1e-7 * 1e4))
+    assert rest == pytest.approx(np.full(10, LATEST_SURE * 1e-7 * 1e4))
     assert on_a_stop == pytest.approx(np.zeros(5))
 
 
@@ -266,17 +266,17 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
     for k in range(40):
         rows += [(30, 50.0, TURNS | {"load": 2e4 + 100.0 * (k % 2)}), (5, 0.0, TURNS)]
     said = samples(resting, rows)
-    assert said[1][-1] == pytest.approx(LOAD_CHANGE_SURE * 1e-3)
-    assert said[3][-1] == pytest.approx(LOAD_CHANGE_SURE * 1e-3 * (5.0 / 6.0 + 1.0 / 72.0) ** 0.5, rel=1e-3), (
+    assert said[1][-1] == pytest.approx(LATEST_SURE * 1e-3)
+    assert said[3][-1] == pytest.approx(LATEST_SURE * 1e-3 * (5.0 / 6.0 + 1.0 / 72.0) ** 0.5, rel=1e-3), (
         "a sixth is learnt from one change"
     )
-    assert said[-1][-1] == pytest.approx(LOAD_CHANGE_SURE * 1e-3 / 12.0**0.5, rel=0.02), "one of twelve may be as large"
+    assert said[-1][-1] == pytest.approx(LATEST_SURE * 1e-3 / 12.0**0.5, rel=0.02), "one of twelve may be as large"
     short = samples(resting, [(10, 50.0, TURNS | {"load": 9e4}), (5, 0.0, TURNS)], after=28.0)
     assert short[-1][-1] == pytest.approx(said[-1][-1], rel=0.02), "too short to be seen"
 
 
 def test_a_dozen_changes_say_no_more_of_the_next_than_a_dozen_can():
-    assert pytest.approx((11.0 / chi2.ppf(0.05, 11)) ** 0.5, abs=5e-3) == LOAD_CHANGE_SURE
+    assert pytest.approx((11.0 / chi2.ppf(0.05, 11)) ** 0.5, abs=5e-3) == LATEST_SURE
 
 
 def test_the_bound_goes_on_with_the_change_that_was_expected_at_first(bounded):

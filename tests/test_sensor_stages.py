@@ -871,7 +871,7 @@ def test_a_load_is_unseen_while_the_torque_shows_none_of_it(shows, speed, held, 
     now = sample(motor_speed=speed)
     state = UnseenLoadState(shown_for=ca.SX(0.3))  # the load has been found
     _, found = unseen_load(state, now, step, ca.SX(float(held)), ca.SX(1e4), ca.SX(1e6))
-    assert value(found.std) == pytest.approx(std * by.LOAD_CHANGE_SURE * 1e-3)
+    assert value(found.std) == pytest.approx(std * by.LATEST_SURE * 1e-3)
     assert value(found.most) == pytest.approx(std * by.CERTAIN * 1e-3)
 
 

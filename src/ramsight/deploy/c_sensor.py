@@ -23,7 +23,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.inputs.sample import MEASURED, SHAFT_ANGLE
 from ramsight.sensor.persistence import CLOCKED, STARTED, VELOCITY
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import COAST_TIME, CREEP_VELOCITY, MOTOR_TURNS, REST_TIME, SAVE_CHANGE, START_STD
+from ramsight.sensor.thresholds import CREEP_VELOCITY, MOTOR_TURNS, REST_TIME, SAVE_CHANGE, START_STD
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, VARIANCE, VirtualSensor
 
 ROW = ("time [s]", "motor speed [rad/s]", "motor torque [N m]", "oil temperature [K]", "reference [m]")
@@ -105,7 +105,7 @@ def sensor_source(
         resting=REST_TIME,
         moved=SAVE_CHANGE,
         std_change=START_STD,
-        settling=COAST_TIME,
+        settling=REST_TIME,
         variances=indented(f"if (s->{field_of(one.name)} < R(0.0)) return 0;" for one in declared if one.variance),
         learned=indented(f"to->{name} = from->{name};" for name in map(field_of, sensor.learned)),
         known=field_of(IS_REFERENCED),

@@ -7,12 +7,13 @@ lies on either side of it; docs/reference/sensitivity.md has what each does, tim
 from __future__ import annotations
 
 import math
+from statistics import NormalDist
 
 from ramsight.constant import Constant
 
 # What several of them share.
 SURE_STDS = Constant(4.0, "1", "standard deviations that noise exceeds once in 16000 samples")
-LIKELY_STDS = Constant(3.0, "1", "standard deviations within which 99.7 % of a normal error lies")
+LIKELY_STDS = Constant(3.5, "1", "standard deviations that a normal error exceeds once in 2000 cases")
 USUAL_STDS = Constant(2.0, "1", "standard deviations within which 95 % of what is usual lies")
 TINY = Constant(1e-9, "1", "keeps quotients finite")
 NOISE_AVERAGED = Constant(0.1, "s", "averages the noise of five usual samples")
@@ -20,6 +21,7 @@ END_GIVES = Constant(5e-3, "1", "share of the stroke: ends give way and are desc
 EFFICIENCY_STD = Constant(
     0.03, "1", "of a torque: catalogues round the pumps' hydromechanical efficiency to 0.02 or 0.03"
 )
+LATEST = Constant(1.0 / 6.0, "1", "share of the newest value in a mean of 2/share - 1 = 11 values")
 BETWEEN_STD = Constant(0.5, "1", "where anything between none and all may be: at most, if it is all or none")
 HALF = Constant(0.5, "1", "the nearer of two: more than half of a load shows it, below half an alarm ends")
 LAG_STD = 1.0 / math.sqrt(3.0)
@@ -31,29 +33,22 @@ LOAD_FOUND_TIME = Constant(
 STOOD_STILL = Constant(0.2, "s", "of standstill before a start: the valve has closed and the manifold has leaked empty")
 
 # The motor stands: four speeds, because four things end with it.
-MOTOR_AT_REST = Constant(0.06, "rad/s", "half a step of 1 rpm, in which drives report speeds: below it the report is 0")
 MOTOR_TURNS = Constant(
     1.0, "rad/s", "10 rpm: slower, the sign of the pumps' friction is unknown and a safety valve stays closed"
 )
-TORQUE_STEADY_SPEED = Constant(
-    3.0, "rad/s", "30 rpm: slower, friction and rounding make up most of torque and power, and a torque may stand still"
-)
 MIXED_FRICTION_SPEED = Constant(
     5.0, "rad/s", "50 rpm: slower, bearings and shaft seals have mixed friction, which falls with speed (Stribeck)"
-)
-FRICTION_STEADY_SPEED = Constant(
-    8.0, "rad/s", "80 rpm: slower, the friction of the pumps may step as mixed friction ends"
 )
 
 # Input check: time.
 NUMBER_LIMIT = Constant(1e12, "1", "larger than any quantity of a drive in SI units; not-a-number fails the comparison")
 SAMPLE = Constant(0.02, "s", "usual period of a drive's cyclic report, 50 Hz")
 USUAL_PERIOD = Constant(0.1, "s", "slowest usual rate of a drive's cyclic report, 10 Hz")
-GAP_PERIOD = Constant(0.15, "s", "one and a half usual periods: a sample is missing")
+GAP_PERIOD = 1.5 * USUAL_PERIOD
+"""Of samples one of which is missing [s]."""
 SHORTEST_PERIOD = Constant(8e-3, "s", "chamber pressures settle in about 10 ms; closer samples resolve the transient")
 SHORTEST_STEP = Constant(1e-3, "s", "time step solved where no time passed; its result is not used")
 BRIDGED_GAP = Constant(0.5, "s", "within it a motor can start and stop; a longer gap cannot be integrated")
-CLOCK_RESET = Constant(1.0, "s", "a bus reorders by less; a clock that steps back by more was set")
 LATE_IN_ORDER = Constant(
     1.5, "1", "late samples in a row in their order: a bus swaps two, a clock that was set brings all"
 )
@@ -84,7 +79,6 @@ TEMPERATURE_STEP = Constant(10.0, "K", "twice what oil changes by within a minut
 HABIT_GAIN = Constant(0.005, "1", "share of the newest sample: the habit of changing is that of the last 200 samples")
 HABIT_LEAST = Constant(0.8, "1", "a torque with noise of half its step changes in more than 0.8 of the samples")
 REPEATS_LEARNT = Constant(3.0, "1", "repeats in a row from which on a stuck torque no longer teaches its habit")
-STUCK_EVIDENCE = Constant(20.0, "1", "expected changes that did not come: by chance exp(-20), once in 1000 h at 50 Hz")
 TORQUE_STEP_SHARE = Constant(0.45, "1", "share of the torque at relief pressure; 0.27 is the most in recorded days")
 RUNNING_SHARE = Constant(0.03, "1", "share of the highest speed; slower, a load is taken up within a sample")
 BLIND_PRESSURE_SHARE = Constant(
@@ -105,11 +99,10 @@ FRICTION_TORQUE_SHARE = Constant(
     0.05, "1", "share of the torque at relief pressure below which friction hides the pressure"
 )
 TURNED_LEAST = Constant(1.0, "rad", "turned within the memory; less turns power into a torque by dividing by noise")
+ALARM_EVIDENCE = -math.log(FALSE_ALARM_RATE * SAMPLE)
+"""Of log-likelihood ratios: a sum reaches it by chance in a sample with the probability of a false alarm (Wald)."""
 INERTIA_MODEL_STD = Constant(
     0.25, "1", "oil and moved mass add a third of the shaft's torque at most, on recorded logs"
-)
-SIGN_ALARM = Constant(
-    18.0, "1", "cumulative sum of log-likelihood ratios: one false alarm in 1000 h, evaluation/inertia.py"
 )
 SUM_CEILING = Constant(1.5, "1", "times the alarm, so that a corrected sign is cleared in as many steps as it took")
 
@@ -117,17 +110,14 @@ SUM_CEILING = Constant(1.5, "1", "times the alarm, so that a corrected sign is c
 GAIN_STD_LEAST = Constant(1e-3, "1", "resolution of two reports of 10 bits")
 
 # Load observer.
-RELEASED_TRAVEL = Constant(3.0, "1", "times what the oil gave before: compliance is proportional to a chamber's volume")
 RELEASED_TRAVEL_LEAST = Constant(2e-3, "1", "share of the stroke, the travel of a sample at usual speed")
 FRICTION_SPREAD = Constant(
     1.25, "1", "friction of a usual pump over the described one, one standard deviation of makers' spread"
 )
-FIRST_LOAD_SHARE = Constant(
-    0.3, "1", "of the relief load: standard deviation of a load that is uniform over 0 to 1 of it"
-)
-LOAD_KNOWN_SHARE = Constant(
-    0.03, "1", "of the relief load: standard deviation of a load that was observed, a tenth of one that was not"
-)
+FIRST_LOAD_SHARE = 1.0 / math.sqrt(12.0)
+"""Of a load that is uniform between none and the relief load, over that: its standard deviation."""
+LOAD_KNOWN_SHARE = 0.1 * FIRST_LOAD_SHARE
+"""The same of a load that was observed: a tenth of one that was not."""
 SETTLED_SHARE = Constant(0.01, "1", "of the torque's noise: adds 0.005 % to it")
 NO_PRESSURE = Constant(1e5, "Pa", "over the tank's: a chamber that a check valve fills has up to a bar")
 
@@ -160,24 +150,21 @@ FALSE_CONTACT = Constant(
     1e-4, "1", "odds of no end at which a press has decided: 400 presses an hour make less than one false in a day"
 )
 
-
 # Hypotheses.
 ROOM_STEP = Constant(0.01, "1", "share of the stroke: an unknown position is weighed when that much less is left")
-LOG_WEIGHT_LEAST = Constant(
-    -12.0, "1", "logarithm of the least weight, 6e-6: a hypothesis can come back within two contacts"
-)
-INNOVATION_GAIN = Constant(
-    0.2, "1", "share of the newest reference in the mean normalised innovation: of the last five"
-)
-INNOVATION_MOST = Constant(25.0, "1", "squared innovation of five standard deviations: more is no random walk")
 BAND_STEP = Constant(
     0.3, "1", "of the logarithm of the band's width, step of adaptive conformal inference: three misses double it"
 )
 OUTSIDE = Constant(0.05, "1", "share of the truth that a 95 % band misses")
+_OF_LATEST = 2.0 / 9.0 / (2.0 / LATEST - 1.0)
+LATEST_SURE = (1.0 - _OF_LATEST + NormalDist().inv_cdf(OUTSIDE) * math.sqrt(_OF_LATEST)) ** -1.5
+"""A deviation over the root mean square of so many, surely: the 5 % quantile of chi-squared (Wilson, Hilferty)."""
 OTHERWISE = Constant(
     0.01, "1", "probability that another hypothesis is true and the position outside a 95 % band: one log of a hundred"
 )
 RISK = Constant(1e-5, "1", "share of samples at which an error may exceed the bound, as stated")
+LOG_WEIGHT_LEAST = math.log(RISK)
+"""Logarithm of the least weight: a hypothesis that is as unlikely as the risk can come back within two contacts."""
 CERTAIN = math.sqrt(-2.0 * math.log(RISK))
 """Standard deviations k: an error exceeds k sigma with probability exp(-k^2/2) at most (Chernoff), the risk."""
 LEAK_FACTOR_LEAST = Constant(0.3, "1", "a tight pump over a catalogue's")
@@ -211,7 +198,6 @@ EVENT_SAMPLING = Constant(
 CONTACTS_ALIKE = Constant(
     0.1, "1", "share of a contact's error that is that of all contacts with the same end: together they count as ten"
 )
-EVENT_GATE = Constant(3.5, "1", "standard deviations beyond which an event is something else, 1 in 2000")
 EVENT_COUNTS = Constant(
     0.3,
     "1",
@@ -225,22 +211,12 @@ RELIEF_RANGE = Constant(
     "standard deviations below a setting: 90 % of it at 3 %; direct acting valves close 10 to 15 % below",
 )
 
-# Rest.
-LOAD_CHANGE_GAIN = Constant(
-    1.0 / 6.0, "1", "share of the newest load change in their mean square: of 2/share - 1 = 11 changes"
-)
-LOAD_CHANGE_SURE = Constant(1.55, "1", "root of 11 over the 5 % quantile of chi-squared of 11, 4.575")
 
 # Angles and readings of the position.
 INDEPENDENT = Constant(2.0, "1", "correlation times between independent errors: they are alike by exp(-2), 14 %")
 
 # Status.
 UNCERTAIN_SHARE = Constant(0.1, "1", "share of the stroke: standard deviation at which a position is no use")
-OUTSIDE_STROKE_LEAST = Constant(5e-3, "m", "stops give way by less")
-EMPTY_TIME = Constant(1.5, "s", "of rest, after which pumps have leaked empty")
-REST_TORQUE_SHARE = Constant(
-    0.06, "1", "share of the torque at relief pressure: offset that no drive has when calibrated"
-)
 FASTEST_SHARE = Constant(
     1.1, "1", "of the velocity at the highest speed; a correction moves the shown position no faster"
 )
@@ -251,9 +227,8 @@ DELIVERY_STEPS = Constant(10.0, "1", "samples, after which a chamber's pressure 
 
 # State files.
 CREEP_VELOCITY = Constant(1e-4, "m/s", "slower, a rod moves by less than 1 mm in 10 s: it rests")
-REST_TIME = Constant(1.0, "s", "of rest, after which a position is worth saving")
+REST_TIME = Constant(2.0, "s", "of rest: pumps have leaked empty, a rod has stopped and is worth saving")
 SAVE_CHANGE = Constant(0.2e-3, "m", "resolution of usual position sensors: smaller changes are not saved")
-COAST_TIME = Constant(2.0, "s", "for which a rod may have moved on after its state was saved")
 
 # Start.
 START_STD = Constant(1e-3, "m", "of a position that is read from a scale")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ramsight.intervals import true_intervals
 from ramsight.sensor.contacts.mode import Mode
-from ramsight.sensor.thresholds import TORQUE_STEADY_SPEED
+from ramsight.sensor.thresholds import MIXED_FRICTION_SPEED
 from ramsight.signals import Samples
 
 _AT_END = 0.02  # share of the stroke within which a contact is one with the end
@@ -61,7 +61,7 @@ def visits(track: Samples, stroke: float) -> list[Visit]:
             if stays - begins < _LONG or begins - last < _APART:
                 continue
             before = speed[(time >= begins - _DRIVEN) & (time <= begins)]
-            if where == "elsewhere" and not (np.abs(before) > TORQUE_STEADY_SPEED).any():
+            if where == "elsewhere" and not (np.abs(before) > MIXED_FRICTION_SPEED).any():
                 continue
             last = ends
             found.append(Visit(begins, ends, at, where, way))

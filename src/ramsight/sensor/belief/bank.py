@@ -41,8 +41,7 @@ from ramsight.sensor.thresholds import (
     BETWEEN_STD,
     CONTACTS_ALIKE,
     END_GIVES,
-    INNOVATION_GAIN,
-    INNOVATION_MOST,
+    LATEST,
     OUTSIDE,
     ROOM_STEP,
     SURE_STDS,
@@ -354,9 +353,9 @@ class Bank:
         fits = flag_of_likeliest(hypotheses, [one.fits for one in each])
         accepted = self._if_used(m.use, fits, flag(False))
         normal = of_likeliest(hypotheses, [one.normal for one in each])
-        newest = ca.fmin(normal, INNOVATION_MOST)
+        newest = ca.fmin(normal, SURE_STDS**2)
         before = self.state.innovations
-        innovations = ca.if_else(fits, before + INNOVATION_GAIN * (newest - 1.0 - before), before)
+        innovations = ca.if_else(fits, before + LATEST * (newest - 1.0 - before), before)
         by_low = self._placed(self.state.by_low, all_of(low, each[-1].fits), lost_before)
         by_top = self._placed(self.state.by_top, all_of(top, each[-1].fits), lost_before)
         what = Placed(low, top, by_low, by_top, fits, is_reading)

@@ -17,9 +17,9 @@ from ramsight.sensor.thresholds import (
     JUMPS_MOST,
     LIMIT_SHARE,
     MEMORY_TIME,
+    MIXED_FRICTION_SPEED,
     NUMBER_LIMIT,
     SHORTEST_STEP,
-    TORQUE_STEADY_SPEED,
     TURNED_LEAST,
 )
 
@@ -213,5 +213,5 @@ def _pair(sample: Sample, counting: Counting, model: MachineModel) -> Pair:
         delay=model.assumed.drive.delay,
         there=sample.elapsed > 0.0,
         most=model.max_speed,
-        least=TORQUE_STEADY_SPEED,
+        least=MIXED_FRICTION_SPEED,
     )

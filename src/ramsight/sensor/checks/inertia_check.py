@@ -25,13 +25,13 @@ from ramsight.sensor.checks.drive_check import DriveChecks
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
-    FRICTION_STEADY_SPEED,
+    ALARM_EVIDENCE,
     GAP_PERIOD,
     HALF,
     INERTIA_MODEL_STD,
+    MIXED_FRICTION_SPEED,
     SAMPLE,
     SHORTEST_STEP,
-    SIGN_ALARM,
     SUM_CEILING,
     USUAL_STDS,
 )
@@ -96,19 +96,19 @@ def check_inertia(
     noise = model.torque_std
     variance = noise**2 + (model.assumed.inertia.std**2 + INERTIA_MODEL_STD**2) * x**2
     shows = all_of(ca.fabs(x) > noise, ca.fabs(y) < USUAL_STDS * ca.fabs(x) + noise)
-    ratio = within(-2.0 * x * y / variance, -SIGN_ALARM / 3.0, SIGN_ALARM / 3.0)
-    grown = within(state.evidence + ratio * sample.elapsed / GAP_PERIOD, 0.0, SUM_CEILING * SIGN_ALARM)
+    ratio = within(-2.0 * x * y / variance, -ALARM_EVIDENCE / 3.0, ALARM_EVIDENCE / 3.0)
+    grown = within(state.evidence + ratio * sample.elapsed / GAP_PERIOD, 0.0, SUM_CEILING * ALARM_EVIDENCE)
     evidence = ca.if_else(all_of(turns, shows), grown, state.evidence)
-    alarm = evidence > ca.if_else(state.alarm, HALF * SIGN_ALARM, SIGN_ALARM)
+    alarm = evidence > ca.if_else(state.alarm, HALF * ALARM_EVIDENCE, ALARM_EVIDENCE)
     after = InertiaState(ramp=ramp, expected=expected, reported=reported, evidence=evidence, alarm=alarm)
-    more = {**checks.more, "sign_reversed": (evidence / SIGN_ALARM, "1")}
+    more = {**checks.more, "sign_reversed": (evidence / ALARM_EVIDENCE, "1")}
     return after, replace(checks, sign_wrong=alarm, more=more, declared=True)
 
 
 def _turns_one_way(sample: Sample) -> Flag:
     """Whether the motor turned one way during the sample, fast enough for steady friction."""
     w, last = sample.motor_speed, sample.last_speed
-    one_way = all_of(ca.fmin(ca.fabs(w), ca.fabs(last)) > FRICTION_STEADY_SPEED, w * last > 0.0)
+    one_way = all_of(ca.fmin(ca.fabs(w), ca.fabs(last)) > MIXED_FRICTION_SPEED, w * last > 0.0)
     follows = all_of(sample.elapsed > 0.0, sample.elapsed < GAP_PERIOD)
     return all_of(one_way, follows)
 

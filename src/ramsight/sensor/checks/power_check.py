@@ -27,9 +27,9 @@ from ramsight.sensor.thresholds import (
     HALF,
     LIMIT_SHARE,
     MEMORY_TIME,
+    MIXED_FRICTION_SPEED,
     NUMBER_LIMIT,
     SHORTEST_STEP,
-    TORQUE_STEADY_SPEED,
     TURNED_LEAST,
 )
 
@@ -171,7 +171,7 @@ class PowerReading:
             speed: of the shaft [rad/s].
             covariance: of gain and losses, after the sample.
         """
-        turning, assumed = ca.fmax(ca.fabs(speed), TORQUE_STEADY_SPEED), self.model.assumed
+        turning, assumed = ca.fmax(ca.fabs(speed), MIXED_FRICTION_SPEED), self.model.assumed
         return Pair(
             name="torque",
             unit="N m",
@@ -179,7 +179,7 @@ class PowerReading:
             other=self._asked(speed, turning),
             std=ca.sqrt(self._noise(speed) ** 2 + self._unknown(speed, covariance)) / turning,
             delay=assumed.drive.delay,
-            there=all_of(self.there, ca.fabs(speed) > TORQUE_STEADY_SPEED),
+            there=all_of(self.there, ca.fabs(speed) > MIXED_FRICTION_SPEED),
             most=LIMIT_SHARE * self.model.relief_torque,
             least=FRICTION_TORQUE_SHARE * self.model.relief_torque,
             gain=max(assumed.drive.torque_gain, assumed.power.gain),
@@ -203,7 +203,7 @@ class PowerReading:
         dt, drive = self.sample.elapsed, self.model.assumed.drive
         h = ca.fmax(dt, SHORTEST_STEP)
         usual = ca.fabs(found.by) < HALF * found.allowed
-        use = all_of(all_of(self.there, usual), ca.fabs(speed) > TORQUE_STEADY_SPEED)
+        use = all_of(all_of(self.there, usual), ca.fabs(speed) > MIXED_FRICTION_SPEED)
         # What delays make of a changing level lasts as long as the change, noise as long as filters do.
         filtered = self._noise(speed) ** 2 * ca.fmax(1.0, 2.0 * drive.delay / h)
         variance = filtered + (found.late / MEMORY_TIME) ** 2 * ca.fmax(1.0, MEMORY_TIME / h)

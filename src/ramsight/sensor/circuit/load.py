@@ -30,9 +30,9 @@ from ramsight.sensor.circuit.pressures import MeasuredPressures, PressureState
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
+    COMPLIANCE_FACTOR_MOST,
     FIRST_LOAD_SHARE,
     HALF,
-    RELEASED_TRAVEL,
     RELEASED_TRAVEL_LEAST,
     SURE_STDS,
     TORQUE_ERROR_TIME,
@@ -326,7 +326,7 @@ def _correct(
     solution = problem(z0, load, guess, 2, more=3)
     # Iterations that have not converged leave nothing impossible behind.
     stroke = model.balance.unit.cylinder.stroke
-    gives = RELEASED_TRAVEL * state.give * ca.fabs(load - state.load) + RELEASED_TRAVEL_LEAST * stroke
+    gives = COMPLIANCE_FACTOR_MOST * state.give * ca.fabs(load - state.load) + RELEASED_TRAVEL_LEAST * stroke
     z = model.balance.possible(model.balance.near(solution.z, z0, problem.mean_speed, problem.h, gives))
     return _Corrected(first, changing, asked, load, variance, solution, z)
 

@@ -18,7 +18,7 @@ from ramsight.plant.balance import Solution
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.inputs.sample import PRESSURES, Sample, declared_inputs
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.thresholds import HALF, MEMORY_TIME, PRESSURE_ABOVE, PRESSURE_BELOW, TORQUE_STEADY_SPEED
+from ramsight.sensor.thresholds import HALF, MEMORY_TIME, MIXED_FRICTION_SPEED, PRESSURE_ABOVE, PRESSURE_BELOW
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,7 +158,7 @@ class MeasuredPressures:
         # Behind a closed valve, and while the motor hardly turns, the torque shows no pressure.
         shows = all_of(
             ca.fabs(torque_by_load) > HALF * self.model.travel_per_radian,
-            ca.fabs(self.sample.motor_speed) > TORQUE_STEADY_SPEED,
+            ca.fabs(self.sample.motor_speed) > MIXED_FRICTION_SPEED,
         )
         shows = all_of(all_of(shows, negated(held)), ca.fabs(slope) > HALF)
         shows = all_of(self._both_known(), all_of(self.state.begun, shows))

@@ -14,7 +14,7 @@ from ramsight.plant.valve import CLOSED_POINT
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.thresholds import CERTAIN, HALF, LOAD_CHANGE_GAIN, LOAD_CHANGE_SURE, LOAD_FOUND_TIME, MOTOR_TURNS
+from ramsight.sensor.thresholds import CERTAIN, HALF, LATEST, LATEST_SURE, LOAD_FOUND_TIME, MOTOR_TURNS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,8 +100,8 @@ def unseen_load(
     learns = all_of(all_of(sees, negated(lasted(state.shown_for, LOAD_FOUND_TIME))), state.was_seen)
     mean_square = 1.0 + state.changes
     # The rule of succession: of one more change than the mean has, 2 / gain - 1, one may be as large as described.
-    newest = ((step.load.value - state.load) / expected) ** 2 + 0.5 * LOAD_CHANGE_GAIN
-    learnt = mean_square + ca.if_else(learns, LOAD_CHANGE_GAIN * (newest - mean_square), 0.0)
+    newest = ((step.load.value - state.load) / expected) ** 2 + 0.5 * LATEST
+    learnt = mean_square + ca.if_else(learns, LATEST * (newest - mean_square), 0.0)
     unseen = negated(any_of(sees, held))
     usual = expected * ca.sqrt(ca.fmax(learnt, 0.0))
     most = ca.fmin(CERTAIN * ca.fmax(usual, expected), furthest)
@@ -112,5 +112,5 @@ def unseen_load(
         was_seen=any_of(state.was_seen, sees),
         changes=learnt - 1.0,
     )
-    found = UnseenLoad(ca.if_else(unseen, give * LOAD_CHANGE_SURE * usual, 0.0), ca.if_else(unseen, give * most, 0.0))
+    found = UnseenLoad(ca.if_else(unseen, give * LATEST_SURE * usual, 0.0), ca.if_else(unseen, give * most, 0.0))
     return after, found

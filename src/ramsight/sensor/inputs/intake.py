@@ -30,10 +30,10 @@ from ramsight.sensor.inputs.sample import (
 )
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
+    ALARM_EVIDENCE,
     BLIND_PRESSURE_SHARE,
     BRIDGE_ERROR_SHARE,
     BRIDGED_GAP,
-    CLOCK_RESET,
     GAP_PERIOD,
     HABIT_GAIN,
     HABIT_LEAST,
@@ -42,6 +42,8 @@ from ramsight.sensor.thresholds import (
     LIKELY_STDS,
     LIMIT_SHARE,
     LONGEST_GAP,
+    MEMORY_TIME,
+    MIXED_FRICTION_SPEED,
     MOTOR_TURNS,
     NUMBER_LIMIT,
     OIL_TIME_CONSTANT,
@@ -49,11 +51,9 @@ from ramsight.sensor.thresholds import (
     RUNNING_SHARE,
     SHORTEST_PERIOD,
     SHORTEST_STEP,
-    STUCK_EVIDENCE,
     TEMPERATURE_HIGHEST,
     TEMPERATURE_LOWEST,
     TEMPERATURE_STEP,
-    TORQUE_STEADY_SPEED,
     TORQUE_STEP_SHARE,
     UNSEEN_SPEED_SHARE,
     USUAL_PERIOD,
@@ -278,7 +278,7 @@ def _clock(state: IntakeState, raw: Raw) -> _Clock:
     # A bus may bring a sample late; more of them in their order are those of a clock that was set.
     late = all_of(all_of(state.started, number), all_of(since <= 0.0, raw.time > state.clock))
     behind = ca.if_else(late, state.behind + 1.0, 0.0)
-    back = all_of(state.started, any_of(since < -CLOCK_RESET, behind > LATE_IN_ORDER))
+    back = all_of(state.started, any_of(since < -MEMORY_TIME, behind > LATE_IN_ORDER))
     forward = any_of(negated(state.started), since > 0.0)
     jump = any_of(since > BRIDGED_GAP, back)
     counted = all_of(state.started, negated(any_of(jump, since <= 0.0)))
@@ -320,11 +320,11 @@ def _torque(state: IntakeState, raw: Raw, speed: Scalar, model: MachineModel) ->
     torque, last = raw.motor_torque, state.torque
     possible = all_of(_inside(torque, LIMIT_SHARE * model.largest_torque), negated(_pulls(raw, speed, model)))
     changed = torque != last.value
-    turning = ca.fabs(speed) > TORQUE_STEADY_SPEED
+    turning = ca.fabs(speed) > MIXED_FRICTION_SPEED
     learnt = last.habit + HABIT_GAIN * (count(changed) - last.habit)
     habit = ca.if_else(last.repeats > REPEATS_LEARNT, last.habit, learnt)
     repeats = ca.if_else(all_of(turning, negated(changed)), last.repeats + 1.0, 0.0)
-    stuck = all_of(habit > HABIT_LEAST, repeats * habit > STUCK_EVIDENCE)
+    stuck = all_of(habit > HABIT_LEAST, repeats * habit > ALARM_EVIDENCE)
     running = all_of(ca.fabs(state.motor_speed) > RUNNING_SHARE * model.max_speed, state.motor_speed * speed > 0.0)
     steps = ca.fabs(torque - last.value) > TORQUE_STEP_SHARE * model.relief_torque
     waits = all_of(all_of(state.started, negated(last.waits)), all_of(running, steps))

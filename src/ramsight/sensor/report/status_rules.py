@@ -18,13 +18,13 @@ from ramsight.sensor.report.detectors import DETECTORS
 from ramsight.sensor.report.stated import Stated
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import (
-    EMPTY_TIME,
+    END_GIVES,
+    FRICTION_TORQUE_SHARE,
     GAP_PERIOD,
     IMPOSSIBLE_LOAD,
-    MOTOR_AT_REST,
-    OUTSIDE_STROKE_LEAST,
+    MOTOR_TURNS,
     OVERSPEED_SHARE,
-    REST_TORQUE_SHARE,
+    REST_TIME,
     SURE_STDS,
     UNCERTAIN_SHARE,
     VALVE_SETTLED,
@@ -127,7 +127,7 @@ def conditions_of(
     """
     sample, intake, checks, stroke = at.sample, at.intake, at.checks, model.stroke
     beyond = ca.fmax(-position.value, position.value - stroke)
-    outside = beyond > SURE_STDS * position.said.std + OUTSIDE_STROKE_LEAST
+    outside = beyond > SURE_STDS * position.said.std + END_GIVES * stroke
     return {
         Status.REFERENCE_DUE: reference_due(position.said, model.assumed.integrity, stroke),
         Status.OUTSIDE_TEMPERATURE: outside_temperature(sample),
@@ -167,16 +167,16 @@ def implausible_torque(
         model: of the machine.
     """
     torque, dt = step.torque, sample.elapsed
-    turning = ca.fabs(sample.motor_speed) > MOTOR_AT_REST
+    turning = ca.fabs(sample.motor_speed) > MOTOR_TURNS
     wrong = all_of(free, ca.fabs(torque.innovation) > 2.0 * SURE_STDS * torque.noise)
     beyond = all_of(turning, ca.fabs(step.load.asked) > IMPOSSIBLE_LOAD * model.relief_load)
     unexplained_for = _while(all_of(turning, wrong), state.unexplained_for, dt)
     impossible_for = _while(all_of(free, beyond), state.impossible_for, dt)
     resting_for = _while(negated(turning), state.resting_for, dt)
     smoothed = state.at_rest + dt / (VALVE_SETTLED + dt) * (torque.innovation - state.at_rest)
-    at_rest = ca.if_else(lasted(resting_for, EMPTY_TIME), smoothed, 0.0)
+    at_rest = ca.if_else(lasted(resting_for, REST_TIME), smoothed, 0.0)
     implausible = any_of(lasted(unexplained_for, VALVE_SETTLED), lasted(impossible_for, GAP_PERIOD))
-    offset = ca.fabs(at_rest) > REST_TORQUE_SHARE * model.relief_torque + torque.hidden
+    offset = ca.fabs(at_rest) > FRICTION_TORQUE_SHARE * model.relief_torque + torque.hidden
     after = PlausibilityState(
         unexplained_for=unexplained_for, impossible_for=impossible_for, resting_for=resting_for, at_rest=at_rest
     )
