@@ -298,13 +298,13 @@ def test_a_torque_that_steps_while_the_motor_turns_is_used_with_its_second_sampl
 
 @pytest.mark.parametrize(
     ("repeats", "habit", "speed", "stuck"),
-    [(20.0, 1.0, 100.0, True), (19.0, 1.0, 100.0, False), (40.0, 0.79, 100.0, False), (40.0, 0.9, 3.0, False)],
+    [(20.0, 1.0, 100.0, True), (18.0, 1.0, 100.0, False), (40.0, 0.79, 100.0, False), (40.0, 0.9, 5.0, False)],
 )
-def test_a_torque_with_noise_that_repeats_twenty_times_is_stuck(repeats, habit, speed, stuck):
+def test_a_torque_with_noise_that_repeats_nineteen_times_more_is_stuck(repeats, habit, speed, stuck):
     after, _, found = checked(before(last={"repeats": repeats, "habit": habit}), speed=speed)
     assert found.stuck == stuck
     assert found.drift == pytest.approx(0.3 * 1e-3 * 0.02 if stuck else 0.0)
-    assert after.torque.repeats == (repeats + 1.0 if speed > 3.0 else 0.0)
+    assert after.torque.repeats == (repeats + 1.0 if speed > 5.0 else 0.0)
     assert after.torque.habit == habit, "what repeats teaches no habit"
 
 
@@ -470,7 +470,7 @@ THIN = SimpleNamespace(viscosity=lambda t: ca.exp(-0.05 * (t - 313.15)), relief_
 
 @pytest.mark.parametrize(
     ("age", "torque", "settled", "share"),
-    [(0.0, 30.0, 0.0, 0.3), (30.0, -60.0, 0.5, 0.6), (60.0, 4.0, 1.0, 0.05), (600.0, 300.0, 1.0, 1.0)],
+    [(0.0, 30.0, 0.0, 0.3), (-10.0 * math.log(0.05), -60.0, 0.5, 0.6), (60.0, 4.0, 1.0, 0.05), (600.0, 300.0, 1.0, 1.0)],
 )
 def test_the_law_of_leakage_follows_oil_and_torque(age, torque, settled, share):
     state = LeakageState(temperature=ca.SX(311.15), age=ca.SX(age))
@@ -523,7 +523,7 @@ SHAFT = CounterState(angle=ca.SX(7.0), begun=ca.SX(1.0))
         (7.0 + 301.0 * H, 100.0, 1.0),
         (7.0 - 301.0 * H, 100.0, 1.0),
         (NAN, 100.0, 0.0),
-        (1e9, 100.0, 0.0),
+        (1e12, 100.0, 0.0),
     ],
 )
 def test_a_counter_counts_between_two_samples_unless_it_jumps(angle, speed, jumps):
@@ -623,7 +623,7 @@ def reading(reported, *, begun=1.0, elapsed=H, torque=50.0, state=None):
 
 @pytest.mark.parametrize(
     ("reported", "begun", "elapsed", "there"),
-    [(5500.0, 1.0, H, 1.0), (NAN, 1.0, H, 0.0), (1e9, 1.0, H, 0.0), (5500.0, 0.0, H, 0.0), (5500.0, 1.0, 0.0, 0.0)],
+    [(5500.0, 1.0, H, 1.0), (NAN, 1.0, H, 0.0), (1e12, 1.0, H, 0.0), (5500.0, 0.0, H, 0.0), (5500.0, 1.0, 0.0, 0.0)],
 )
 def test_a_power_is_a_mean_of_two_samples(reported, begun, elapsed, there):
     found = reading(reported, begun=begun, elapsed=elapsed)
@@ -659,7 +659,7 @@ def test_the_torque_that_the_power_asks_for_is_the_one_that_makes_it(torque, spe
 
 def test_a_pair_of_torques_needs_a_motor_that_turns():
     found = reading(5500.0)
-    assert [value(found.pair(ca.SX(speed), found.state.covariance).there) for speed in (3.0, 3.1, -3.1)] == [0, 1, 1]
+    assert [value(found.pair(ca.SX(speed), found.state.covariance).there) for speed in (5.0, 5.1, -5.1)] == [0, 1, 1]
 
 
 def test_gain_and_losses_are_learned_only_from_a_usual_difference():
@@ -671,7 +671,7 @@ def test_gain_and_losses_are_learned_only_from_a_usual_difference():
     assert learned[COPPER] > 0.0
     assert learned[IRON] > 0.0
     assert all(value(one) == 0.0 for one in found.learned(ca.SX(100.0), far)[0].values())
-    assert all(value(one) == 0.0 for one in found.learned(ca.SX(3.0), apart)[0].values())
+    assert all(value(one) == 0.0 for one in found.learned(ca.SX(5.0), apart)[0].values())
 
 
 @pytest.mark.parametrize(("turned", "signed", "size"), [(0.5, 0.0, 8.0), (2.0, -4.0, 4.0), (0.01, 0.0, 8.0)])
