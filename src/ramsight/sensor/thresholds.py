@@ -15,7 +15,7 @@ from ramsight.constant import Constant
 SURE_STDS = Constant(4.0, "1", "standard deviations that noise exceeds once in 16000 samples")
 LIKELY_STDS = Constant(3.5, "1", "standard deviations that a normal error exceeds once in 2000 cases")
 USUAL_STDS = Constant(2.0, "1", "standard deviations within which 95 % of what is usual lies")
-TINY = Constant(1e-9, "1", "keeps quotients finite")
+TINY = Constant(1e-9, "1", "keeps quotients and logarithms finite, in any unit")
 NOISE_AVERAGED = Constant(0.1, "s", "averages the noise of five usual samples")
 END_GIVES = Constant(5e-3, "1", "share of the stroke: ends give way and are described to about that")
 EFFICIENCY_STD = Constant(
@@ -32,12 +32,14 @@ LOAD_FOUND_TIME = Constant(
 )
 STOOD_STILL = Constant(0.2, "s", "of standstill before a start: the valve has closed and the manifold has leaked empty")
 
-# The motor stands: four speeds, because four things end with it.
+# The motor stands: what is unknown then, and what is unknown while it hardly turns.
 MOTOR_TURNS = Constant(
     1.0, "rad/s", "10 rpm: slower, the sign of the pumps' friction is unknown and a safety valve stays closed"
 )
 MIXED_FRICTION_SPEED = Constant(
-    5.0, "rad/s", "50 rpm: slower, bearings and shaft seals have mixed friction, which falls with speed (Stribeck)"
+    5.0,
+    "rad/s",
+    "50 rpm: slower, friction is mixed and falls with speed (Stribeck), and makes up most of torque and power",
 )
 
 # Input check: time.
@@ -47,7 +49,7 @@ USUAL_PERIOD = Constant(0.1, "s", "slowest usual rate of a drive's cyclic report
 GAP_PERIOD = 1.5 * USUAL_PERIOD
 """Of samples one of which is missing [s]."""
 SHORTEST_PERIOD = Constant(8e-3, "s", "chamber pressures settle in about 10 ms; closer samples resolve the transient")
-SHORTEST_STEP = Constant(1e-3, "s", "time step solved where no time passed; its result is not used")
+SHORTEST_STEP = Constant(1e-3, "s", "least time step: solved where no time passed, when its result is not used")
 BRIDGED_GAP = Constant(0.5, "s", "within it a motor can start and stop; a longer gap cannot be integrated")
 LATE_IN_ORDER = Constant(
     1.5, "1", "late samples in a row in their order: a bus swaps two, a clock that was set brings all"
@@ -66,7 +68,9 @@ UNSEEN_SPEED_SHARE = Constant(
 BRIDGE_ERROR_SHARE = Constant(0.25, "1", "half the mean of both speeds around a gap: the trapezoid against either end")
 
 # Input check: values.
-LIMIT_SHARE = Constant(1.5, "1", "share of the highest speed that no shaft exceeds; drives trip at 1.1 to 1.3")
+LIMIT_SHARE = Constant(
+    1.5, "1", "over the largest speed, torque or command, that no drive exceeds; drives trip at 1.1 to 1.3"
+)
 OVERSPEED_SHARE = Constant(1.05, "1", "share of the highest speed; drives overshoot by up to 5 %")
 TEMPERATURE_LOWEST = Constant(203.15, "K", "-70 degC: no mineral oil flows below")
 TEMPERATURE_HIGHEST = Constant(423.15, "K", "150 degC: seals and oil are destroyed above")
@@ -92,11 +96,13 @@ CASE_WARMER_MOST = Constant(60.0, "K", "a pump case that is further from its tan
 SMOOTHING_TIME = Constant(20.0, "s", "noise of 0.2 K is averaged away; oil warms by less than a kelvin meanwhile")
 
 # Reports held against each other.
-MEMORY_TIME = Constant(1.0, "s", "a speed that is 0.1 % of 2000 rpm off is 0.2 rad off by then: 4 steps of a counter")
+MEMORY_TIME = Constant(
+    1.0, "s", "of loads and differences: a speed that is 0.1 % of 2000 rpm off is 4 steps of a counter off by then"
+)
 FALSE_ALARM_RATE = Constant(1.0 / (1000.0 * 3600.0), "1/s", "one false alarm in 1000 h, as stated")
 JUMPS_MOST = Constant(2.5, "1", "jumps within the memory: a disturbance is one, an overflow too, a reset two")
 FRICTION_TORQUE_SHARE = Constant(
-    0.05, "1", "share of the torque at relief pressure below which friction hides the pressure"
+    0.05, "1", "share of the torque at relief pressure that friction or an offset may be: below it no pressure shows"
 )
 TURNED_LEAST = Constant(1.0, "rad", "turned within the memory; less turns power into a torque by dividing by noise")
 ALARM_EVIDENCE = -math.log(FALSE_ALARM_RATE * SAMPLE)
@@ -137,7 +143,9 @@ LOAD_FALLEN_SHARE = Constant(
 )
 SETTLING_STD_SHARE = Constant(0.1, "1", "of the apparent way since the load settled: how well leakage is known")
 SEPARATE_CONTACTS = Constant(0.05, "1", "share of the stroke between two contacts that are independent evidence")
-DIRECTION_TRAVEL = Constant(0.02, "1", "share of the stroke that decides where a piston came from")
+DIRECTION_TRAVEL = Constant(
+    0.02, "1", "share of the stroke: nearer to an end, a piston may stand on it; further, it came from elsewhere"
+)
 VOLUME_MODEL_STD = Constant(0.05, "1", "error of a closed volume's equation over the change of its torque")
 
 NO_END_HOLDS = Constant(
@@ -151,11 +159,15 @@ FALSE_CONTACT = Constant(
 )
 
 # Hypotheses.
-ROOM_STEP = Constant(0.01, "1", "share of the stroke: an unknown position is weighed when that much less is left")
+ROOM_STEP = Constant(
+    0.01, "1", "share of the stroke: the least way that tells something, of where a piston was or that it was free"
+)
 BAND_STEP = Constant(
     0.3, "1", "of the logarithm of the band's width, step of adaptive conformal inference: three misses double it"
 )
-OUTSIDE = Constant(0.05, "1", "share of the truth that a 95 % band misses")
+OUTSIDE = Constant(
+    0.05, "1", "chance that what is said with 95 % is wrong: of bands, releases, stones, valves and ends"
+)
 _OF_LATEST = 2.0 / 9.0 / (2.0 / LATEST - 1.0)
 LATEST_SURE = (1.0 - _OF_LATEST + NormalDist().inv_cdf(OUTSIDE) * math.sqrt(_OF_LATEST)) ** -1.5
 """A deviation over the root mean square of so many, surely: the 5 % quantile of chi-squared (Wilson, Hilferty)."""
@@ -170,13 +182,23 @@ CERTAIN = math.sqrt(-2.0 * math.log(RISK))
 LEAK_FACTOR_LEAST = Constant(0.3, "1", "a tight pump over a catalogue's")
 LEAK_FACTOR_MOST = Constant(4.0, "1", "a pump that leaks more does not lift its load")
 DISPLACEMENT_TOLERANCE = Constant(0.03, "1", "of a displacement, ISO 8426")
-COMPLIANCE_FACTOR_MOST = Constant(2.5, "1", "oil with 1 % of air, or soft hoses")
-LAG_MOST = Constant(600.0, "s", "a thermometer that is slower shows the tank of another hour")
+COMPLIANCE_FACTOR_MOST = Constant(
+    2.5, "1", "oil with 1 % of air, or soft hoses; the stiffest has its inverse, oil without air in rigid lines"
+)
+LAG_MOST = Constant(
+    600.0, "s", "a thermometer that is slower, or a step that lasts longer, is that of another tank of oil"
+)
 LEAKAGE_EXPONENT_MOST = Constant(1.0, "1", "twice what turns laminar flow into an orifice's")
 
 # What teaches the filters.
-BLIND_SHARE = Constant(0.02, "1", "share of a load that the torque shows: below, a closed valve carries it")
-TORQUE_ERROR_TIME = Constant(0.2, "s", "for which errors of a torque stay what they are: filters of drives")
+BLIND_SHARE = Constant(
+    0.02,
+    "1",
+    "share of a load or of leakage: less is none, a closed valve carries the load and its pressure has settled",
+)
+TORQUE_ERROR_TIME = Constant(
+    0.2, "s", "for which errors of a torque, friction among them, stay what they are: filters of drives"
+)
 TORQUE_MODEL_STD = Constant(0.1, "1", "share of a torque by which a closed volume's equation may err")
 UNSEEN_FLOW_SHARE = Constant(
     0.1, "1", "share of a pump's flow that may move a piston which seems to stand at relief pressure"
@@ -210,7 +232,6 @@ RELIEF_RANGE = Constant(
     "1",
     "standard deviations below a setting: 90 % of it at 3 %; direct acting valves close 10 to 15 % below",
 )
-
 
 # Angles and readings of the position.
 INDEPENDENT = Constant(2.0, "1", "correlation times between independent errors: they are alike by exp(-2), 14 %")
