@@ -470,7 +470,12 @@ THIN = SimpleNamespace(viscosity=lambda t: ca.exp(-0.05 * (t - 313.15)), relief_
 
 @pytest.mark.parametrize(
     ("age", "torque", "settled", "share"),
-    [(0.0, 30.0, 0.0, 0.3), (-10.0 * math.log(0.05), -60.0, 0.5, 0.6), (60.0, 4.0, 1.0, 0.05), (600.0, 300.0, 1.0, 1.0)],
+    [
+        (0.0, 30.0, 0.0, 0.3),
+        (-10.0 * math.log(0.05), -60.0, 0.5, 0.6),
+        (60.0, 4.0, 1.0, 0.05),
+        (600.0, 300.0, 1.0, 1.0),
+    ],
 )
 def test_the_law_of_leakage_follows_oil_and_torque(age, torque, settled, share):
     state = LeakageState(temperature=ca.SX(311.15), age=ca.SX(age))

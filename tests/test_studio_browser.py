@@ -396,6 +396,23 @@ def test_the_energy_that_came_in_is_drawn_as_wide_as_what_went_out(page):
     page.get_by_role("button", name="stop boom").click()
 
 
+def test_what_the_sensor_knows_is_drawn_over_the_cylinder(page):
+    wait(page, lambda: page.locator("#known polygon").count() >= 2)
+    said = page.locator("#known svg").get_attribute("aria-label")
+    assert re.search(r"how likely each place in the cylinder is: \d+\.\d mm, in 95 of 100 cases between", said)
+    chances = page.locator("#known-hypotheses b").all_inner_texts()
+    assert len(chances) == 5
+    assert sum(float(one.strip("< %")) for one in chances) == pytest.approx(100.0, abs=1.0)
+    assert page.locator("#known-learned svg").count() == 3
+    heights = page.evaluate(
+        """() => [...document.querySelectorAll('#known polygon')].map((one) =>
+        Math.min(...one.getAttribute('points').split(' ').map((at) => +at.split(',')[1])))"""
+    )
+    assert min(heights) == pytest.approx(0.0, abs=0.1), "the likeliest place is as high as the picture"
+    page.get_by_role("button", name="boom: reference", exact=True).click()
+    wait(page, lambda: re.search(r"last end or reference \d+ s ago", page.locator("#known-said").inner_text()))
+
+
 def figures(text):
     return re.findall(r"largest .*", text) + re.findall(r"position .* at last", text)
 

@@ -60,6 +60,7 @@ def live_page(
             _link(name, latest, can_link=can_link)
         with ui.column().classes("gap-3 min-w-0 seen"):
             space, magnified = _machine(lambda view: looks[0](view) if looks else None)
+            _known()
             _circuits(prepared.circuits, shown)
             _energy(session)
         strips_panel(session, units)
@@ -163,6 +164,23 @@ def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
                 button = ui.button(name, on_click=partial(look, name), color=None)
                 button.props("dense no-caps unelevated").classes("latch")
     return space, magnified
+
+
+def _known() -> None:
+    """What the sensor knows; `knowledge.js` draws it."""
+    with ui.element("section").classes("panel").props("id=known-panel"):
+        ui.html("<h2>What the sensor knows</h2>", sanitize=False)
+        ui.label(
+            "how likely each place in the cylinder is (height: its root), by what the sensor takes for true;"
+            " pale: the 95 % band; whiskers: the bound; black: where the piston is"
+        ).classes("text-xs")
+        ui.element("div").props("id=known").classes("w-full")
+        for name in ("known-said", "known-next"):
+            ui.label("–").props(f"id={name}").classes("text-xs")
+        ui.element("ul").props('id=known-hypotheses aria-label="what it takes for true, and how likely that is"')
+        ui.label("learned, over the data sheet; dashed: as the data sheet has it").classes("text-xs")
+        ui.element("div").props("id=known-learned").classes("now")
+        ui.label("").props("id=known-moved").classes("text-xs whitespace-pre-wrap")
 
 
 def _circuits(circuits: Mapping[str, str], shown: str) -> None:
@@ -269,6 +287,7 @@ def _joined(frames: list[Frame]) -> Frame:
     frames = [frame for frame in frames if frame.begun == last.begun]
     last.marks = sorted(mark for frame in frames for mark in frame.marks)
     last.energy = next((frame.energy for frame in reversed(frames) if frame.energy), {})
+    last.known = next((frame.known for frame in reversed(frames) if frame.known), {})
     for name in last.columns:
         parts = [frame.columns[name] for frame in frames]
         if name == "time":

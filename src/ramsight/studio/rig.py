@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from ramsight.calibration.sensors import sensor_for
 from ramsight.duty.drive_report import Magnets, usual_report
@@ -28,6 +29,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 from ramsight.studio.knobs import FAULTS, KINDS, SENSORS, Knobs
+from ramsight.studio.knowledge import Knowledge
 from ramsight.studio.marks import Marks
 from ramsight.studio.playing import Playing
 from ramsight.studio.recorder import Recorder, reported
@@ -158,6 +160,8 @@ class Rig:
         for name, sensors in self.sensors.items():
             for sensor in sensors.values():
                 sensor.start(begin[name])
+        self._knowledge: dict[str, Knowledge] = {}
+        self._referred: dict[str, float] = {}
         self._at = dict(begin)
         self.recorders = {name: Recorder(self.period) for name in self.sheet}
         self.marks = Marks({name: unit.cylinder.stroke for name, unit in self.sheet.items()})
@@ -318,6 +322,22 @@ class Rig:
         for oil in self.oil.values():
             oil.begin_account()
 
+    def known(self, name: str, time: float) -> dict[str, Any] | None:
+        """What the kalman sensor of a unit knows; None while there is none or its drive is silent.
+
+        Args:
+            name: of the unit.
+            time: now [s].
+        """
+        sensor, said = self.sensors[name].get("kalman"), self._last[name].get("kalman")
+        if sensor is None or said is None or "power" in self.faults:
+            return None
+        own = self._knowledge.get(name)
+        if own is None or own.sensor is not sensor:
+            self._referred.pop(name, None)
+            own = self._knowledge[name] = Knowledge(sensor, self.sheet[name].cylinder.stroke)
+        return own.look(time, said, self._referred.get(name, math.nan))
+
     @property
     def load(self) -> float:
         """On the unit [N], or what the mechanism carries [kg], now."""
@@ -431,6 +451,8 @@ class Rig:
             said = replace(said, motor_speed=said.motor_speed * _SPEED_GAIN)
         off = self._references.pop(name, None)
         reference = None if off is None else position + off
+        if reference is not None:
+            self._referred[name] = said.time
         self.recorders[name].report(said.time, reported(said, reference, further))
         for kind, sensor in self.sensors[name].items():
             others = {column: further[column] for column in sensor.further if column in further}

@@ -35,6 +35,7 @@ _ALIVE = 0.5  # s, after which a machine that has no frame says that it is there
 _SMOOTH = 0.1  # share of a frame in how fast the machine is said to run
 _ROWS = 8  # of a frame, at most: of a faster machine only every nth sample is sent
 _ENERGY = 0.3  # s, from one look at the energy accounts to the next
+_KNOWN = 0.2  # s, from one look at what the sensors know to the next
 _BEHIND = 0.5  # s; whoever is later than that runs slower than it should, and does not catch up
 FASTEST = 50.0  # times faster than life
 
@@ -49,6 +50,7 @@ class Frame:
         status: by unit and sensor, the fields of `said.Said`.
         factor: times faster than life that it really runs.
         energy: by unit, as `energy.flows`; empty in most frames.
+        known: by unit, as `Knowledge.look` of its kalman sensor; empty in most frames.
         load: on the unit [N], or what the mechanism carries [kg].
         oil: temperatures of the oil in the pumps and in the tank [°C], by unit.
         marks: what has happened at one time, as `marks.Mark`.
@@ -62,6 +64,7 @@ class Frame:
     status: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict)
     factor: float = 0.0
     energy: dict[str, Any] = field(default_factory=dict)
+    known: dict[str, Any] = field(default_factory=dict)
     load: float = 0.0
     oil: dict[str, list[float]] = field(default_factory=dict)
     marks: list[Mark] = field(default_factory=list)
@@ -107,7 +110,7 @@ class _Clock:
 
     def __init__(self, rig: Rig, pipe: Connection, described: Machine) -> None:
         self.rig, self.pipe, self.described, self.factor = rig, pipe, described, 1.0
-        self.begun, self.steps, self.sent, self.accounted = time.perf_counter(), 0, 0.0, 0.0
+        self.begun, self.steps, self.sent, self.accounted, self.looked = time.perf_counter(), 0, 0.0, 0.0, 0.0
         self.rows: list[dict[str, Row]] = []
         self.ran, self.restarts, self.spoke, self.due = 0.0, 0, 0.0, 0.0
         self.story: Storyteller | None = None
@@ -253,6 +256,9 @@ class _Clock:
         if now - self.accounted >= _ENERGY:
             self.accounted = now
             frame.energy = {name: flows(self.rig.sheet[name], account) for name, account in self.rig.accounts.items()}
+        if now - self.looked >= _KNOWN:
+            self.looked = now
+            frame.known = {name: self.rig.known(name, row.time) for name, row in last.items()}
         frame.marks = self.rig.marks.taken()
         frame.begun, frame.telling = self.restarts, None if self.story is None else self.story.telling
         frame.settings = {"knobs": asdict(self.rig.knobs), "faults": sorted(self.rig.faults), "duty": self.rig.duty}

@@ -193,6 +193,7 @@ window.studio = (() => {
     f.oil[shown].forEach((celsius, at) => set(["now-pumps", "now-tank"][at], celsius.toFixed(1)));
     if (f.factor !== null) set("now-factor", f.factor.toFixed(1));
     if (f.energy[shown]) studio.energy(f.energy[shown]);
+    if (shown in f.known) studio.knows(f.known[shown], last.position[k]);
     if (!waiting) { waiting = true; requestAnimationFrame(() => { draw(); drawn += 1; }); }
     return drawn;
   }

@@ -1,0 +1,130 @@
+"""What a sensor knows, as what a page draws: its hypotheses, what it has learned of the machine, and since when."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ramsight.sensor.kind import Kind
+from ramsight.sensor.quantity import Quantity
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST, STATUS, Estimate, VirtualSensor
+
+_LEARNED = {"leakage": "leak_factor", "displacement": "displacement_factor", "compliance": "compliance_factor"}
+_MOVED = 0.02  # probability by which a hypothesis has become likelier
+_TELLS = 0.01  # probability from which on a hypothesis widens the band
+_KEPT = 4  # of what has moved the hypotheses, the newest
+
+_NEXT = {
+    Kind.LOW: "Press it on the retracted end, and on the other one: two ends that agree are those of the cylinder.",
+    Kind.TOP: "Press it on the extended end, and on the other one: two ends that agree are those of the cylinder.",
+    Kind.UNKNOWN_POSITION: "Press it on an end of the stroke, or give a reference.",
+}
+"""What would make a sensor surer, by the likeliest hypothesis that contradicts the description."""
+
+
+class Knowledge:
+    """What a kalman sensor knows while it runs.
+
+    Args:
+        sensor: that runs.
+        stroke: of its cylinder [m].
+
+    Example:
+        >>> import ramsight
+        >>> from ramsight.plant.build import build
+        >>> from ramsight.sensor.kalman import kalman
+        >>> unit = build("mining-loader", "boom")
+        >>> sensor = kalman(unit)
+        >>> sensor.start(None)
+        >>> knowledge = Knowledge(sensor, unit.cylinder.stroke)
+        >>> said = knowledge.look(0.0, sensor.step(0.0, 0.0, 0.0, 313.15))
+        >>> said["position"], said["low"], said["high"], said["since"]
+        (None, 0.0, 700.0, None)
+    """
+
+    def __init__(self, sensor: VirtualSensor, stroke: float) -> None:
+        self.sensor, self._stroke = sensor, stroke
+        outputs = set(sensor.recursion.outputs)
+        self.kinds = [kind for kind in Kind if f"{kind.text}_probability" in outputs]
+        self._chances: dict[Kind, float] = {}
+        self._met = (0.0, 0.0)
+        self._since = math.nan
+        self._referred = math.nan
+        self._moved: list[str] = []
+
+    def look(self, time: float, said: Estimate, referred: float = math.nan) -> dict[str, Any]:
+        """What it knows now: lengths in mm, None for what is unknown.
+
+        Args:
+            time: [s].
+            said: its newest estimate.
+            referred: when it was given a reference last [s]; NaN never.
+
+        Returns:
+            `position`, `low` and `high` of the 95 % band, `bound`, `stroke`; `hypotheses` with name, words, place,
+            deviation and chance; `learned` quantities over the data sheet; `since`, the time since a measurement of
+            the place [s]; `moved`, what made hypotheses likelier; `next`, what would make it surer.
+        """
+        state, says = self.sensor.state, self.sensor.says
+        chances = {kind: says(f"{kind.text}_probability") for kind in self.kinds}
+        self._follow(time, referred, chances)
+        known = said.status is not Status.NOT_REFERENCED and math.isfinite(said.position)
+        own = [f"hypotheses[{k}]" for k in range(len(self.kinds))]
+        variances = [state[f"{one}.covariance[{Quantity.POSITION},{Quantity.POSITION}]"] for one in own]
+        places = [state["position"] + state[f"{one}.{Quantity.POSITION}"] for one in own]
+        return {
+            "stroke": _mm(self._stroke),
+            "position": _mm(said.position) if known else None,
+            "low": _mm(says(LOWEST)) if known else 0.0,
+            "high": _mm(says(HIGHEST)) if known else _mm(self._stroke),
+            "bound": _mm(says(BOUND)) if known else None,
+            "status": Status(int(says(STATUS))).text,
+            "hypotheses": [
+                {"name": kind.text, "words": kind.words, "place": _mm(place), "std": _mm(math.sqrt(max(variance, 0.0))),
+                 "chance": round(chances[kind], 5)}
+                for kind, place, variance in zip(self.kinds, places, variances, strict=True)
+            ],
+            "learned": [
+                {"name": name, "value": round(says(output), 4), "std": round(says(f"{output}_std"), 4)}
+                for name, output in _LEARNED.items()
+            ],
+            "since": None if math.isnan(self._since) else round(time - self._since, 1),
+            "moved": list(self._moved),
+            "next": self.surer(known=known, chances=chances),
+        }  # fmt: skip
+
+    def _follow(self, time: float, referred: float, chances: dict[Kind, float]) -> None:
+        """Take note of what was measured since the last look, and of what it made likelier."""
+        state = self.sensor.state
+        met, before = (state["met_low"], state["met_top"]), self._met
+        why = "by its way since"
+        if met != before:
+            why, self._since = f"{'retracted' if met[0] != before[0] else 'extended'} end met", time
+        elif math.isfinite(referred) and referred != self._referred:
+            why, self._since = "a reference", referred
+        by = {kind: chance - self._chances.get(kind, chance) for kind, chance in chances.items()}
+        most = max(by, key=lambda kind: by[kind])
+        if by[most] > _MOVED:
+            words = f"{time:.0f} s, {why}: {most.words}, {self._chances[most]:.2f} → {chances[most]:.2f}"
+            self._moved = [words, *self._moved][:_KEPT]
+        self._met, self._referred, self._chances = met, referred, chances
+
+    @staticmethod
+    def surer(*, known: bool, chances: dict[Kind, float]) -> str:
+        """What would make a sensor surer.
+
+        Args:
+            known: whether it has a position.
+            chances: of its hypotheses.
+        """
+        if not known:
+            return _NEXT[Kind.UNKNOWN_POSITION]
+        others = {kind: chance for kind, chance in chances.items() if kind in _NEXT and chance > _TELLS}
+        if others:
+            return _NEXT[max(others, key=lambda kind: others[kind])]
+        return "Nothing but a new reference: each end that it meets takes away what the way has added since."
+
+
+def _mm(metres: float) -> float | None:
+    return round(1e3 * metres, 3) if math.isfinite(metres) else None
