@@ -219,7 +219,11 @@ def test_a_new_page_plays_a_scenario_and_says_of_every_sensor_where_it_is_withou
             page.mouse.wheel(0, -3000)
     wait(page, lambda: words.count() >= 3)  # it has found its position
     page.set_viewport_size({"width": 1400, "height": 813})
+    page.emulate_media(color_scheme="light")
+    wait(page, lambda: "end met" in page.locator("#known-moved").inner_text())
+    page.wait_for_timeout(600)  # it is drawn in these colours, as wide as it is
     picture(page, "studio-story.png")
+    picture(page.locator(".panel.known").first, "studio-known.png")
     assert "95 % band" in page.locator("#strip-position .u-legend").inner_text()
     page.get_by_role("button", name="enlarge").click()
     page.locator("[data-circuit=boom] text", has_text="hose_a").first.wait_for()

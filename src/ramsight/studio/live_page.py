@@ -59,8 +59,9 @@ def live_page(
             story, controls, latest = _first_column(session, units, signs, setting)
             _link(name, latest, can_link=can_link)
         with ui.column().classes("gap-3 min-w-0 seen"):
-            space, magnified = _machine(lambda view: looks[0](view) if looks else None)
             _known()
+            space, magnified = _machine(lambda view: looks[0](view) if looks else None)
+            _reasons()
             _circuits(prepared.circuits, shown)
             _energy(session)
         strips_panel(session, units)
@@ -167,20 +168,26 @@ def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
 
 
 def _known() -> None:
-    """What the sensor knows; `knowledge.js` draws it."""
-    with ui.element("section").classes("panel").props("id=known-panel"):
+    """How likely each place is; `knowledge.js` draws it."""
+    with ui.element("section").classes("panel known"):
         ui.html("<h2>What the sensor knows</h2>", sanitize=False)
         ui.label(
-            "how likely each place in the cylinder is (height: its root), by what the sensor takes for true;"
-            " pale: the 95 % band; whiskers: the bound; black: where the piston is"
+            "how likely each place in the cylinder is (height: its root), by what the sensor takes for true; pale: the"
+            " 95 % band; whiskers: the bound; triangle: where the piston is"
         ).classes("text-xs")
         ui.element("div").props("id=known").classes("w-full")
-        for name in ("known-said", "known-next"):
-            ui.label("–").props(f"id={name}").classes("text-xs")
+        ui.label("–").props("id=known-said").classes("text-xs")
+
+
+def _reasons() -> None:
+    """Why it knows that, and what would make it surer; `knowledge.js` fills it in."""
+    with ui.element("section").classes("panel known"):
+        ui.html("<h2>Why it knows that</h2>", sanitize=False)
         ui.element("ul").props('id=known-hypotheses aria-label="what it takes for true, and how likely that is"')
-        ui.label("learned, over the data sheet; dashed: as the data sheet has it").classes("text-xs")
-        ui.element("div").props("id=known-learned").classes("now")
         ui.label("").props("id=known-moved").classes("text-xs whitespace-pre-wrap")
+        ui.label("–").props("id=known-next").classes("text-xs")
+        ui.label("learned, over the data sheet; dashed: as the data sheet has it").classes("text-xs mt-1")
+        ui.element("div").props("id=known-learned").classes("now")
 
 
 def _circuits(circuits: Mapping[str, str], shown: str) -> None:

@@ -87,8 +87,8 @@
 
   studio.knows = (known, truth) => {
     const picture = place("known");
-    if (!picture || !studio.isSeen(picture)) return;
-    place("known-panel").hidden = !known;
+    if (!picture) return;
+    for (const panel of document.querySelectorAll(".panel.known")) panel.hidden = !known;
     if (!known) return;
     const width = picture.clientWidth || 460, wide = Math.floor(width - 2 * SIDE), perMm = wide / known.stroke;
     const said = known.position === null ? "the place of the piston is unknown" : `${known.position.toFixed(1)} mm, in 95 of 100 cases between ${known.low.toFixed(1)} and ${known.high.toFixed(1)} mm`;
