@@ -37,7 +37,7 @@
     for (const { row } of all) row.forEach((v, x) => { total[x] += v; });
     const most = Math.max(...total, 1e-12), base = new Float64Array(wide + 1);
     for (const { name, row } of [...all].reverse()) {
-      const high = (v, x) => `${SIDE + x},${(HILL * (1 - (total[x] > 0 ? v / Math.sqrt(most * total[x]) : 0))).toFixed(1)}`;
+      const high = (v, x) => `${SIDE + x},${(HILL * (1 - (total[x] > 0 ? (v / total[x]) * Math.sqrt(total[x] / most) : 0))).toFixed(1)}`;
       const up = row.map((v, x) => high(base[x] + v, x)), down = [...row.keys()].reverse().map((x) => high(base[x], x));
       svg.append(element("polygon", { points: [...up, ...down].join(" "), fill: css(LOOKS[name]), "fill-opacity": 0.75 }));
       row.forEach((v, x) => { base[x] += v; });
