@@ -36,9 +36,9 @@ FILES = (
     "sensor/report/status_rules.py",
 )
 TESTS = (
-    "test_mutants_sensor test_sensor_stages test_repeated_contacts test_emptiness test_mode test_reach "
-    "test_pressing test_sensor_pieces test_belief_guards test_hypotheses test_contact test_load_observer "
-    "test_reading test_closed_volume test_kalman"
+    "test_sensor_boundaries test_belief_guards test_reach test_pressing test_mutants_sensor test_sensor_stages "
+    "test_sensor_pieces test_hypotheses test_emptiness test_mode test_closed_volume test_reading "
+    "test_repeated_contacts test_contact test_load_observer test_kalman"
 )
 _FILES_OF_TESTS = " ".join(f"{name}.py" for name in TESTS.split())
 _SWAPPED = {
