@@ -21,7 +21,7 @@ from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.report.status_rules import outside_temperature
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import DIRECTION_TRAVEL, HALF, TINY
+from ramsight.sensor.thresholds import HALF, NEAR_END_SHARE, TINY
 from ramsight.sensor.virtual_sensor import Report, VirtualSensor, close
 
 
@@ -73,7 +73,7 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
     travel, elapsed = step.motion.travel, sample.elapsed
     velocity = ca.if_else(elapsed > 0.0, travel / ca.fmax(elapsed, TINY), 0.0)
     probability = relief_probability(step.z, sample.extending_speed, model)
-    away = ca.fmin(position, model.stroke - position) > DIRECTION_TRAVEL * model.stroke
+    away = ca.fmin(position, model.stroke - position) > NEAR_END_SHARE * model.stroke
     turning = sample.motor_speed != 0.0
     passes = all_of(probability > HALF, turning, away)
     relief = relief_loss(reckoning.relief, sample, passes)

@@ -28,8 +28,8 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.report.status_rules import outside_temperature
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import (
-    DIRECTION_TRAVEL,
     HALF,
+    NEAR_END_SHARE,
     NOISE_AVERAGED,
     OUTSIDE,
     OVERSPEED_SHARE,
@@ -119,7 +119,7 @@ def _step(state: CountedState, raw: Raw, model: MachineModel) -> tuple[CountedSt
     sections.append(Section(title, (step, load)))
     position = within(state.position + step.motion.travel, 0.0, model.stroke)
     probability = relief_probability(step.z, sample.extending_speed, model)
-    away = ca.fmin(position, model.stroke - position) > DIRECTION_TRAVEL * model.stroke
+    away = ca.fmin(position, model.stroke - position) > NEAR_END_SHARE * model.stroke
     passes = all_of(probability > HALF, sample.motor_speed != 0.0, away)
     relief = relief_loss(state.relief, sample, passes)
     new, machine = sample.referenced, model.assumed.machine

@@ -143,7 +143,7 @@ LOAD_FALLEN_SHARE = Constant(
 )
 SETTLING_STD_SHARE = Constant(0.1, "1", "of the apparent way since the load settled: how well leakage is known")
 SEPARATE_CONTACTS = Constant(0.05, "1", "share of the stroke between two contacts that are independent evidence")
-DIRECTION_TRAVEL = Constant(
+NEAR_END_SHARE = Constant(
     0.02, "1", "share of the stroke: nearer to an end, a piston may stand on it; further, it came from elsewhere"
 )
 VOLUME_MODEL_STD = Constant(0.05, "1", "error of a closed volume's equation over the change of its torque")
@@ -159,7 +159,7 @@ FALSE_CONTACT = Constant(
 )
 
 # Hypotheses.
-ROOM_STEP = Constant(
+WAY_LEAST = Constant(
     0.01, "1", "share of the stroke: the least way that tells something, of where a piston was or that it was free"
 )
 BAND_STEP = Constant(

@@ -43,8 +43,8 @@ from ramsight.sensor.thresholds import (
     END_GIVES,
     LATEST,
     OUTSIDE,
-    ROOM_STEP,
     SURE_STDS,
+    WAY_LEAST,
 )
 
 
@@ -192,7 +192,7 @@ class Bank:
         surely = ca.fmax(lost_below + lost_above - bank._slack, 0.0)
         room = ca.fmax(1.0 - surely / self.model.stroke, OUTSIDE)
         nowhere = unknown.position_variance > (0.5 * self._unknown) ** 2
-        less = all_of(room < state.room - ROOM_STEP, nowhere)
+        less = all_of(room < state.room - WAY_LEAST, nowhere)
         likelier = ca.log(room / state.room)
         bank = bank.weighed(less, [likelier if kind == Kind.UNKNOWN_POSITION else 0.0 for kind in self.model.kinds])
         return replace(bank, state=replace(bank.state, room=ca.if_else(less, room, state.room)))._within_reach()
@@ -202,7 +202,7 @@ class Bank:
         state = self.state
         extent = state.below + state.above
         # What a piston seems to have moved against an end is known once it has left it.
-        step = ROOM_STEP * self.model.stroke
+        step = WAY_LEAST * self.model.stroke
         more = all_of(extent - state.extent > step, ca.fmin(state.below, state.above) > step)
         std = ca.if_else(more, self.together.std({Quantity.POSITION: 1.0}), state.extent_std)
         state = replace(state, extent_std=std)

@@ -42,7 +42,6 @@ from ramsight.sensor.thresholds import (
     EFFICIENCY_STD,
     MOTOR_TURNS,
     NUMBER_LIMIT,
-    ROOM_STEP,
     SHORTEST_STEP,
     SMOOTHING_TIME,
     TORQUE_ERROR_TIME,
@@ -50,6 +49,7 @@ from ramsight.sensor.thresholds import (
     UNSEEN_FLOW_SHARE,
     USUAL_STDS,
     VALVE_SETTLED,
+    WAY_LEAST,
 )
 
 
@@ -344,7 +344,7 @@ def relief_flow(
     # one that moved freely first has met something.
     turns_back = any_of(sample.extending_speed * sample.last_extending_speed <= 0.0, still)
     freely = ca.if_else(probability > 0.0, state.free_travel, state.free_travel + ca.fabs(travel))
-    met_it = state.free_travel > ROOM_STEP * model.stroke
+    met_it = state.free_travel > WAY_LEAST * model.stroke
     missing, std = ca.if_else(met_it, missing, 0.0), ca.if_else(met_it, std, probability)
     may_stand = any_of(still, contact.hold.stands)
 

@@ -49,13 +49,13 @@ from ramsight.sensor.thresholds import (
     CONTACT_EVIDENCE,
     CONTACT_SLIP,
     CONTACT_SLIP_UNKNOWN,
-    DIRECTION_TRAVEL,
     END_GIVES,
     HALF,
     LOAD_FALLEN_SHARE,
     LOAD_FOUND_TIME,
     MEMORY_TIME,
     MOTOR_TURNS,
+    NEAR_END_SHARE,
     OUTSIDE,
     SEPARATE_CONTACTS,
     SETTLING_STD_SHARE,
@@ -257,7 +257,7 @@ def _find(
     over = all_of(over, at_end)
     # Oil that decompresses at an end is no contact: the piston has come there, and is about to leave.
     behind = ca.if_else(way > 0.0, standing.position - low, top - standing.position)
-    most = DIRECTION_TRAVEL * model.stroke
+    most = NEAR_END_SHARE * model.stroke
     came = within(state.came + step.motion.travel, -most, most)
     leaves = all_of(now.known, behind < ca.fmin(near, 0.5 * (top - low)), state.came * way < 0.0)
     contact = all_of(any_of(in_vain, sunk, over), negated(leaves))
