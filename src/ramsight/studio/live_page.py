@@ -168,7 +168,7 @@ def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
 
 
 def _known() -> None:
-    """How likely each place is; `knowledge.js` draws it."""
+    """How likely each place is; `known.js` draws it."""
     with ui.element("section").classes("panel known"):
         ui.html("<h2>What the sensor knows</h2>", sanitize=False)
         ui.label(
@@ -180,7 +180,7 @@ def _known() -> None:
 
 
 def _reasons() -> None:
-    """Why it knows that, and what would make it surer; `knowledge.js` fills it in."""
+    """Why it knows that, and what would make it surer; `known.js` fills it in."""
     with ui.element("section").classes("panel known"):
         ui.html("<h2>Why it knows that</h2>", sanitize=False)
         ui.element("ul").props('id=known-hypotheses aria-label="what it takes for true, and how likely that is"')

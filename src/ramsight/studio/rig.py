@@ -29,7 +29,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 from ramsight.studio.knobs import FAULTS, KINDS, SENSORS, Knobs
-from ramsight.studio.knowledge import Knowledge
+from ramsight.studio.known import Known
 from ramsight.studio.marks import Marks
 from ramsight.studio.playing import Playing
 from ramsight.studio.recorder import Recorder, reported
@@ -160,7 +160,7 @@ class Rig:
         for name, sensors in self.sensors.items():
             for sensor in sensors.values():
                 sensor.start(begin[name])
-        self._knowledge: dict[str, Knowledge] = {}
+        self._knowledge: dict[str, Known] = {}
         self._referred: dict[str, float] = {}
         self._at = dict(begin)
         self.recorders = {name: Recorder(self.period) for name in self.sheet}
@@ -335,7 +335,7 @@ class Rig:
         own = self._knowledge.get(name)
         if own is None or own.sensor is not sensor:
             self._referred.pop(name, None)
-            own = self._knowledge[name] = Knowledge(sensor, self.sheet[name].cylinder.stroke)
+            own = self._knowledge[name] = Known(sensor, self.sheet[name].cylinder.stroke)
         return own.look(time, said, self._referred.get(name, math.nan))
 
     @property

@@ -50,7 +50,7 @@ class Frame:
         status: by unit and sensor, the fields of `said.Said`.
         factor: times faster than life that it really runs.
         energy: by unit, as `energy.flows`; empty in most frames.
-        known: by unit, as `Knowledge.look` of its kalman sensor; empty in most frames.
+        known: by unit, as `Known.look` of its kalman sensor; empty in most frames.
         load: on the unit [N], or what the mechanism carries [kg].
         oil: temperatures of the oil in the pumps and in the tank [°C], by unit.
         marks: what has happened at one time, as `marks.Mark`.

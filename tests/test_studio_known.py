@@ -9,7 +9,7 @@ from ramsight import machine
 from ramsight.sensor.kind import Kind
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
-from ramsight.studio.knowledge import Knowledge
+from ramsight.studio.known import Known
 from ramsight.studio.rig import Rig
 
 CHANCES = {Kind.DESCRIBED: 0.9, Kind.UNKNOWN_POSITION: 0.1}
@@ -33,7 +33,7 @@ def estimate(position=0.1, status=Status.OK):
 
 
 def test_lengths_are_in_millimetres_and_each_hypothesis_has_its_place():
-    found = Knowledge(sensor(), 0.7).look(3.0, estimate())
+    found = Known(sensor(), 0.7).look(3.0, estimate())
     assert (found["stroke"], found["position"], found["low"], found["high"], found["bound"]) == (700, 100, 90, 130, 50)
     described, unknown = found["hypotheses"]
     assert (described["place"], described["std"], described["chance"]) == (100.0, 1.0, 0.9)
@@ -44,14 +44,14 @@ def test_lengths_are_in_millimetres_and_each_hypothesis_has_its_place():
 
 
 def test_what_is_not_referenced_has_no_position_and_may_be_anywhere():
-    found = Knowledge(sensor(), 0.7).look(3.0, estimate(status=Status.NOT_REFERENCED))
+    found = Known(sensor(), 0.7).look(3.0, estimate(status=Status.NOT_REFERENCED))
     assert (found["position"], found["bound"], found["low"], found["high"]) == (None, None, 0.0, 700.0)
     assert found["next"].startswith("Press it on an end")
 
 
 @pytest.mark.parametrize(("met", "words"), [((1.0, 0.0), "retracted end met"), ((0.0, 1.0), "extended end met")])
 def test_an_end_that_was_met_is_said_with_what_it_made_likelier(met, words):
-    known = Knowledge(sensor(), 0.7)
+    known = Known(sensor(), 0.7)
     known.look(3.0, estimate())
     known.sensor = sensor({Kind.DESCRIBED: 0.97, Kind.UNKNOWN_POSITION: 0.03}, met)
     found = known.look(5.0, estimate())
@@ -61,7 +61,7 @@ def test_an_end_that_was_met_is_said_with_what_it_made_likelier(met, words):
 
 
 def test_a_reference_counts_once_and_a_small_change_is_not_said():
-    known = Knowledge(sensor(), 0.7)
+    known = Known(sensor(), 0.7)
     known.look(3.0, estimate())
     known.sensor = sensor({Kind.DESCRIBED: 0.919, Kind.UNKNOWN_POSITION: 0.081})
     assert known.look(4.0, estimate(), referred=3.9)["since"] == 0.1
@@ -73,7 +73,7 @@ def test_a_reference_counts_once_and_a_small_change_is_not_said():
 
 
 def test_the_newest_four_changes_are_kept():
-    known = Knowledge(sensor(), 0.7)
+    known = Known(sensor(), 0.7)
     for k in range(7):
         known.sensor = sensor({Kind.DESCRIBED: 0.5 + 0.05 * k, Kind.UNKNOWN_POSITION: 0.5 - 0.05 * k})
         found = known.look(float(k), estimate())
@@ -91,7 +91,7 @@ def test_the_newest_four_changes_are_kept():
     ],
 )
 def test_what_would_make_it_surer_is_an_end_that_may_be_elsewhere(known, chances, words):
-    assert Knowledge.surer(known=known, chances=chances).startswith(words)
+    assert Known.surer(known=known, chances=chances).startswith(words)
 
 
 def test_a_rig_knows_by_its_kalman_sensor_and_begins_again_with_another_one():

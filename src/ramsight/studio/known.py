@@ -23,7 +23,7 @@ _NEXT = {
 """What would make a sensor surer, by the likeliest hypothesis that contradicts the description."""
 
 
-class Knowledge:
+class Known:
     """What a kalman sensor knows while it runs.
 
     Args:
@@ -37,7 +37,7 @@ class Knowledge:
         >>> unit = build("mining-loader", "boom")
         >>> sensor = kalman(unit)
         >>> sensor.start(None)
-        >>> knowledge = Knowledge(sensor, unit.cylinder.stroke)
+        >>> knowledge = Known(sensor, unit.cylinder.stroke)
         >>> said = knowledge.look(0.0, sensor.step(0.0, 0.0, 0.0, 313.15))
         >>> said["position"], said["low"], said["high"], said["since"]
         (None, 0.0, 700.0, None)
