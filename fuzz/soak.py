@@ -121,7 +121,7 @@ def _turn(prepared: Prepared, since: float, rng: np.random.Generator) -> tuple[s
     return name, np.ascontiguousarray(rows[:, :6]), rows[:, 6]
 
 
-def _silent(said: Any, true: Any) -> float:
+def silent(said: Any, true: Any) -> float:
     """The longest time for which outputs (position, deviation, status) were ok and wrong [s]."""
     error = np.abs(said[:, 0] - true)
     bad = (said[:, 2] == 0) & ~(error <= FARTHEST) & ~(error <= SIGMAS * said[:, 1])
@@ -145,7 +145,7 @@ def soak(hours: float, seed: int, folder: Path) -> tuple[int, str]:
         said = replay(sensor.recursion, rows, sensor.parameters, sensor._state)[:, place]
         seen[name] += 1
         ok, samples = ok + int(np.sum(said[:, 2] == 0)), samples + len(said)
-        if (lasting := _silent(said, true)) > LASTING:
+        if (lasting := silent(said, true)) > LASTING:
             wrong.append(f"turn {turn}, {name}: ok and wrong for {lasting:.2f} s")
         since = float(rows[-1, 0]) + _PERIOD
         sensor = _again(sensor, file, rng, seen)

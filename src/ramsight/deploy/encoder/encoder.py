@@ -138,7 +138,9 @@ class Encoder:
         self._estimate: Estimate | None = None
         self._drive = Presence(self._node, settings.drive_node)
         self._second = SecondNode(listener.periodic, unit.max_speed)
-        self._alive = Liveness(unit.max_speed, listener.sequence, listener.noise, listener.torque_step)
+        self._alive = Liveness(
+            unit.max_speed, listener.sequence, listener.noise, listener.torque_step, unit.drive.inertia
+        )
         self._fastest = unit.max_speed * unit.travel_per_radian
         self._stored = Stored(self._node, parameters, settings.overrides or {}, self._save_now, self._refusal)
         self._short = False
