@@ -35,6 +35,7 @@ MODULES = [
     "rates",
     "growing",
     "long_day",
+    "soak",
     "many_rows",
     "network",
     "restarts",

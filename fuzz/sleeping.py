@@ -68,11 +68,11 @@ class Lapse:
         return at - self.end + self.begin if at >= self.end and CLOCK not in self.going else at
 
     def stamp(self, at: float) -> float:
-        """The bus's time stamp of a frame that is sent at some time [s]."""
+        """The clock of the bus's time stamps, of which they are as far ahead as ever [s]."""
         if self.what == "clock set":
-            return _WALL + at + (self.lasts if at >= self.begin else 0.0)
+            return at + (self.lasts if at >= self.begin else 0.0)
         stands = STAMPS not in self.going and self.end <= at < self.end + self.set_after
-        return _WALL + at - (self.lasts if stands else 0.0)
+        return at - (self.lasts if stands else 0.0)
 
     def __str__(self) -> str:
         lasts = f"{self.what} at {self.begin:.2f} s for {self.lasts:.3f} s"
@@ -139,6 +139,8 @@ class Bus:
     Args:
         prepared: what is played.
         lapse: of the computer.
+        since: by what the program's clock is ahead of the machine's time [s].
+        ahead: by what the time stamps are ahead of the program's clock [s].
 
     Attributes:
         now: the machine's time [s].
@@ -146,8 +148,9 @@ class Bus:
         stop: set when all have come.
     """
 
-    def __init__(self, prepared: Prepared, lapse: Lapse) -> None:
+    def __init__(self, prepared: Prepared, lapse: Lapse, since: float = 0.0, ahead: float = _WALL) -> None:
         self.lapse, self.now, self.heard, self.stop = lapse, lapse.begin - _BEFORE, -math.inf, threading.Event()
+        self._since, self._ahead = since, ahead
         before = prepared.numbers(self.now, lapse.begin)
         waiting = prepared.numbers(lapse.begin, min(lapse.end, lapse.begin + _PERIOD * lapse.queued))
         after = prepared.numbers(lapse.end, lapse.end + _AFTER)
@@ -158,12 +161,16 @@ class Bus:
 
         at, speed, torque = prepared.report(number)
         data = Sent(at, speed, torque, number).packed
-        message = can.Message(self.lapse.stamp(at), 0x180 + DRIVE, is_extended_id=False, data=data)
+        message = can.Message(self.stamp(at), 0x180 + DRIVE, is_extended_id=False, data=data)
         return (self.lapse.end if self.lapse.begin <= at < self.lapse.end else at), at, message
 
     def clock(self) -> float:
         """The program's clock [s]."""
-        return self.lapse.clock(self.now)
+        return self.lapse.clock(self.now) + self._since
+
+    def stamp(self, at: float) -> float:
+        """The time stamp of a frame that is sent at some time of the machine [s]."""
+        return self.lapse.stamp(at) + self._since + self._ahead
 
     def send(self, message: Any) -> None:
         """Nobody listens."""
@@ -183,17 +190,27 @@ class Bus:
         return message
 
 
-def follow(prepared: Prepared, lapse: Lapse) -> tuple[float, float, float]:
-    """The worst error while valid and wrong after a lapse [m], its deviation [m] and when it was [s]; or zeros."""
+def encoder_of(prepared: Prepared, *, tells: bool) -> Any:
+    """An encoder beside a drive that counts its frames, or does not."""
     from ramsight.deploy.encoder import Encoder, Listener, Settings
-    from ramsight.deploy.encoder.runner import serve
     from ramsight.logs.channel_map import load_map
 
-    sensor, bus = prepared.judge.sensor, Bus(prepared, lapse)
-    channel_map = load_map(prepared.maps[NUMBER in lapse.going])
-    encoder = Encoder(sensor, prepared.judge.unit, Listener(channel_map), Settings(NODE, DRIVE, 0))
-    sensor.start(prepared.true(bus.now), 1e-3)
-    before, worst = 0.0, (0.0, 0.0, 0.0)
+    listener = Listener(load_map(prepared.maps[tells]))
+    return Encoder(prepared.judge.sensor, prepared.judge.unit, listener, Settings(NODE, DRIVE, 0))
+
+
+def follow(prepared: Prepared, lapse: Lapse) -> tuple[float, float, float]:
+    """The worst error while valid and wrong after a lapse [m], its deviation [m] and when it was [s]; or zeros."""
+    encoder, bus = encoder_of(prepared, tells=NUMBER in lapse.going), Bus(prepared, lapse)
+    prepared.judge.sensor.start(prepared.true(bus.now), 1e-3)
+    return worst_of(prepared, encoder, bus)
+
+
+def worst_of(prepared: Prepared, encoder: Any, bus: Bus) -> tuple[float, float, float]:
+    """The same of an encoder on some bus; it goes on from where it is."""
+    from ramsight.deploy.encoder.runner import serve
+
+    before, worst, lapse = 0.0, (0.0, 0.0, 0.0), bus.lapse
 
     def look() -> None:
         nonlocal before, worst
@@ -207,16 +224,23 @@ def follow(prepared: Prepared, lapse: Lapse) -> tuple[float, float, float]:
     return worst
 
 
-def drawn(prepared: Prepared, rng: Rng, *, told: bool) -> Lapse:
-    """A lapse in motion."""
-    moving = [at for at, speed, _ in prepared.frames if abs(speed) > _MOVES and at > _BEFORE]
-    begin = prepared.length + moving[int(rng.integers(len(moving)))] - 0.5 * _PERIOD
+def moving(prepared: Prepared, rng: Rng, after: float = 0.0) -> float:
+    """A moment of the day in motion, not too near its beginning and its end [s]."""
+    inside = (_BEFORE, prepared.length - after)
+    chosen = [at for at, speed, _ in prepared.frames if abs(speed) > _MOVES and inside[0] < at < inside[1]]
+    return chosen[int(rng.integers(len(chosen)))] - 0.5 * _PERIOD
+
+
+def drawn(prepared: Prepared, rng: Rng, *, told: bool, counts: bool | None = None) -> Lapse:
+    """A lapse in motion, of a drive that counts its frames or does not; None: of either."""
+    begin = prepared.length + moving(prepared, rng)
     what = str(rng.choice(list(_LAPSES) if told else ["asleep", "restored"]))
     least, most = _LAPSES[what]
     lasts = float(np.exp(rng.uniform(math.log(least), math.log(most))))
     if what == "clock set":
         return Lapse(what, begin, lasts * float(rng.choice([-1.0, 1.0])), (CLOCK, STAMPS), math.inf, 0)
-    going = GOING[int(rng.integers(len(GOING)))] if told else ()
+    possible = [one for one in GOING if counts in (None, NUMBER in one)]
+    going = possible[int(rng.integers(len(possible)))] if told else ()
     set_after = float(rng.uniform(0.0, _SET_WITHIN)) if rng.random() < 0.5 else math.inf
     return Lapse(what, begin, lasts, going, set_after, int(rng.integers(_QUEUED)) * int(rng.random() < 0.3))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ramsight._version import __version__
 from ramsight.deploy.encoder.alarms import ALARMS, OF_STATUS, WARNINGS, Fault, alarms, register, warnings
@@ -287,7 +287,9 @@ class Encoder:
         sample = self._listener.sample(self._now) if whole_frame else None
         if sample is None:
             return
-        if self._alive.take(self._listener.report(sample), self._second.period_of(frame.cob_id)):
+        report = self._listener.report(sample)
+        report = replace(report, sent=report.sent - self._clock.stood)  # its number says whether time has passed
+        if self._alive.take(report, self._second.period_of(frame.cob_id)):
             self._saving.forget()  # reports that were old have been used
         if self._second.is_there or not self._alive.is_new() or self._drive.gone:  # nobody knows whose it is, or when
             self._missed = self._missed or self._drive.gone
