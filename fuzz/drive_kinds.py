@@ -248,6 +248,7 @@ class Prepared:
         channel_map: of the drive.
         tells: whether it tells something of itself.
         wrong: how often each kind was valid and wrong.
+        farthest: the worst error of each then [m].
         tried: cases so far.
     """
 
@@ -256,6 +257,7 @@ class Prepared:
     channel_map: Path
     tells: bool
     wrong: Counter[str] = field(default_factory=Counter)
+    farthest: dict[str, float] = field(default_factory=dict)
     tried: int = 0
 
 
@@ -377,12 +379,14 @@ def _check(prepared: Prepared, rng: Rng, _: Path) -> tuple[Counter[str], str]:
         error, std, at = follow(prepared, name, begin, rng)
         prepared.tried += 1
         prepared.wrong[name] += error > 0.0
+        prepared.farthest[name] = max(error, prepared.farthest.get(name, 0.0))
         is_known = error == 0.0 or name in LIMITS
         outcomes[READ if is_known else WRONG] += 1
         if not is_known:
             strange += f"{name} at {begin:.2f} s: {1e3 * error:.1f} mm off, std {1e3 * std:.1f} mm, {at:.2f} s later; "
-    found = ", ".join(f"{name} {count}" for name, count in sorted((+prepared.wrong).items())) or "none"
-    return outcomes, strange or f"{prepared.wrong.total()} of {prepared.tried} valid and wrong: {found}"
+    counted = sorted((+prepared.wrong).items())
+    found = ", ".join(f"{name} {count} ({1e3 * prepared.farthest[name]:.0f} mm off)" for name, count in counted)
+    return outcomes, strange or f"{prepared.wrong.total()} of {prepared.tried} valid and wrong: {found or 'none'}"
 
 
 SECTIONS = [

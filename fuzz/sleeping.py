@@ -90,6 +90,7 @@ class Prepared:
         length: of it [s].
         maps: of a drive that counts its frames, and of one that does not.
         wrong: cases so far that were valid and wrong.
+        farthest: the worst error of them [m].
         tried: cases so far.
     """
 
@@ -99,6 +100,7 @@ class Prepared:
     length: float
     maps: dict[bool, Path]
     wrong: int = 0
+    farthest: float = 0.0
     tried: int = 0
 
     def report(self, number: int) -> tuple[float, int, int]:
@@ -249,9 +251,10 @@ def _check(prepared: Prepared, rng: Rng, _: Path, *, told: bool) -> tuple[str, s
     lapse = drawn(prepared, rng, told=told)
     error, std, at = follow(prepared, lapse)
     prepared.tried, prepared.wrong = prepared.tried + 1, prepared.wrong + (error > 0.0)
+    prepared.farthest = max(prepared.farthest, error)
     if error and told:
         return WRONG, f"{lapse}: {1e3 * error:.1f} mm off, std {1e3 * std:.1f} mm, {at:.2f} s later"
-    return READ, f"{prepared.wrong} of {prepared.tried} valid and wrong"
+    return READ, f"{prepared.wrong} of {prepared.tried} valid and wrong, {1e3 * prepared.farthest:.0f} mm at most"
 
 
 SECTIONS = [

@@ -12,12 +12,14 @@ from __future__ import annotations
 
 import argparse
 import copy
+import math
 import pickle
 import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +35,8 @@ from ramsight.engine.recursion import replay
 from ramsight.errors import RamsightError
 from ramsight.sensor.persistence import StateFile
 
-HOURS = 240.0
-_PATIENCE = 4 * 3600.0  # s
+HOURS, PIECES = 240.0, 24
+_PATIENCE = 3600.0  # s
 _HOUR = 3600.0  # s
 _PERIOD = 0.02  # s
 _GROWN, _SETTLED = 20.0, 100  # MiB; turns until all that is loaded late is there
@@ -158,6 +160,7 @@ class Work:
 
     Attributes:
         length: of a day [s].
+        turns: days so far.
         seen: how often which event was.
         ok, samples: samples that were ok, and all that were played without an encoder.
         wrong: what was ok, or valid, and wrong.
@@ -179,8 +182,14 @@ class Work:
         self.seen, self.wrong, self.limits, self.ok, self.samples = Counter[str](), list[str](), 0, 0, 0
         self._file = StateFile(folder / "soak.state", self._sensor)
         self._sensor.start(day.true[0], 1e-3)
+        self.turns, self._process, self._memory = 0, psutil.Process(), math.nan
 
-    def turn(self, number: int) -> None:
+    @property
+    def grown(self) -> float:
+        """By how much memory has grown since all that is loaded late was there [MiB]."""
+        return self._process.memory_info().rss / 2**20 - self._memory if self.turns > _SETTLED else 0.0
+
+    def turn(self) -> None:
         """A day with an event, and what happens to the program afterwards."""
         name, rng = str(self._rng.choice([*EVENTS, *ON_BUS])), self._rng
         self.seen[name] += 1
@@ -195,8 +204,11 @@ class Work:
         if wrong and what in drive_kinds.LIMITS:
             self.limits += 1
         elif wrong:
-            self.wrong.append(f"turn {number}, {what}: {wrong}")
+            self.wrong.append(f"turn {self.turns}, {what}: {wrong}")
         _again(self._sensor, self._file, rng, self.seen)
+        self.turns += 1
+        if self.turns == _SETTLED:
+            self._memory = self._process.memory_info().rss / 2**20
 
     def _play(self, rows: Rows) -> float:
         """Let the sensor follow samples of the day; for how long it was ok and wrong [s]."""
@@ -244,37 +256,26 @@ class Work:
         return end, error
 
 
-def soak(
-    hours: float, seed: int, folder: Path, log: Callable[[Work, int], object] = lambda *_: None
-) -> tuple[int, int, str]:
-    """How many turns there were, how many were wrong, and what to tell of them."""
-    work, process, memory = Work(folder, seed), psutil.Process(), 0.0
-    turns = int(hours * _HOUR / work.length) + 1
-    for number in range(turns):
-        work.turn(number)
-        if number % (turns // 20 or 1) == 0:
-            log(work, number)
-        if number == min(_SETTLED, turns - 1):
-            memory = process.memory_info().rss / 2**20
-    grown = process.memory_info().rss / 2**20 - memory
-    if grown > _GROWN:
+def soak(work: Work, hours: float) -> tuple[int, list[str], str]:
+    """Go on for so many hours: how many turns there were, what was wrong in them, and what to tell of all so far."""
+    wrong, turns = len(work.wrong), math.ceil(hours * _HOUR / work.length)
+    for _ in range(turns):
+        work.turn()
+    if (grown := work.grown) > _GROWN:
         work.wrong.append(f"memory has grown by {grown:.0f} MiB")
     seen = ", ".join(f"{name} {count}" for name, count in sorted(work.seen.items()))
-    told = f"{turns} turns of {hours:g} h, {work.limits} wrong by a known limit, {len(work.wrong)} otherwise"
-    told += f"; {work.samples} samples, ok in {work.ok / work.samples:.0%}, {grown:+.1f} MiB; {seen}"
-    return turns, len(work.wrong), "\n".join([told, *work.wrong[:20]])
+    told = f"{work.turns} turns in {work.turns * work.length / _HOUR:.0f} h, {len(work.wrong)} ok and wrong"
+    told += f", {work.limits} more by a known limit; ok in {work.ok / work.samples:.0%} of {work.samples} samples"
+    return turns, work.wrong[wrong:], f"{told}; {grown:+.1f} MiB; {seen}"
 
 
-def _check(folder: Path, rng: Rng, _: Path) -> tuple[Counter[str], str]:
-    turns, wrong, told = soak(HOURS, int(rng.integers(1 << 30)), folder)
-    return Counter({READ: turns - wrong, WRONG: wrong}), told
+def _check(work: Work, _: Rng, __: Path) -> tuple[Counter[str], str]:
+    turns, wrong, told = soak(work, HOURS / PIECES)
+    return Counter({READ: turns - len(wrong), WRONG: len(wrong)}), "; ".join([*wrong[:5], told])
 
 
-SECTIONS = [Section(f"soak of {HOURS:g} h", 1, lambda folder: folder, _check, _PATIENCE, tells=True)]
-
-
-def _say(work: Work, number: int) -> None:
-    print(f"turn {number}: {len(work.wrong)} wrong", flush=True)
+SECTIONS = [Section("soak", PIECES, partial(Work, seed=1), _check, _PATIENCE, tells=True)]
+"""The cases are its pieces, each of which goes on from the one before."""
 
 
 def main() -> None:
@@ -284,9 +285,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     asked, begun = parser.parse_args(), time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        _turns, wrong, told = soak(asked.hours, asked.seed, Path(folder), _say)
-    print(f"{wrong} wrong in {asked.hours:g} h, {time.perf_counter() - begun:.0f} s\n{told}")
-    raise SystemExit(min(wrong, 1))
+        _turns, wrong, told = soak(Work(Path(folder), asked.seed), asked.hours)
+    print(f"{len(wrong)} wrong in {asked.hours:g} h, {time.perf_counter() - begun:.0f} s", told, *wrong[:20], sep="\n")
+    raise SystemExit(min(len(wrong), 1))
 
 
 if __name__ == "__main__":
