@@ -64,7 +64,7 @@ def check_rate(
     counts_as = 0.5 * RATE_MEMORY + RATE_MEMORY**2 / ca.fmax(state.learnt, 1.0)
     spread = SURE_STDS * ca.sqrt(state.variance * counts_as)
     early, late = 2.0 * SAMPLE + state.period + spread, GAP_PERIOD + spread
-    # Lost samples are usual: what is nearer to one period than to two counts for as much where it is late as where early.
+    # Lost samples are usual. What is nearer to one period than to two counts for as much late as it does early.
     counts_for = ca.if_else(tick < 1.5 * state.period, late / early, 1.0)
     faded = (1.0 - 1.0 / RATE_MEMORY) * state.apart
     apart = ca.if_else(all_of(near, known), faded + counts_for * (tick - state.period), 0.0)
