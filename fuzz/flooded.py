@@ -62,6 +62,7 @@ def served(prepared: Prepared) -> Iterator[int]:
     words = ["encoder", "mining-loader", "--unit", "boom", "--interface", "udp_multicast", "--channel", _GROUP]
     words += ["--node-id", str(NODE), "--drive-node", str(DRIVE), "--map", str(prepared.map)]
     command = [sys.executable, "-m", "ramsight", *words, "--opcua", str(port)]
+    _drain(prepared.bus)
     process, begun = subprocess.Popen(command, stdout=subprocess.DEVNULL), time.monotonic()
     try:
         while not latest(prepared, 0.5)[1]:
@@ -87,6 +88,12 @@ def latest(prepared: Prepared, seconds: float) -> tuple[float, int]:
             if message is not None and message.arbitration_id == 0x180 + NODE:
                 last, late, count = message.timestamp, max(late, message.timestamp - last - _PERIOD), count + 1
     return late, count
+
+
+def _drain(bus: Any) -> None:
+    """What waits is of the time before."""
+    while bus.recv(0.0) is not None:
+        pass
 
 
 def _report(k: int) -> bytes:
@@ -128,6 +135,7 @@ def _check(prepared: Prepared, _: Rng, __: Path) -> tuple[str, str]:
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as flooding:
             assert flooding.stdout is not None
             flooding.stdout.readline()  # it has begun
+            _drain(prepared.bus)
             late, count = latest(prepared, _LASTS)
             rate = int(flooding.stdout.readline()) / (_LASTS + 1.0)
     prepared.quiet, prepared.flooded = max(prepared.quiet, quiet), max(prepared.flooded, late)
