@@ -33,7 +33,8 @@ def measured(found: dict[str, Any]) -> list[str]:
 
 def limits(found: dict[str, Any]) -> list[str]:
     """A row a section with known limits: what came of all its cases."""
-    told = {name: found["sections"][name]["told"][-1].partition("; ")[0] for name in LIMITS}
+    pieces = {name: found["sections"][name]["told"][-1].split("; ") for name in LIMITS}
+    told = {name: next(one for one in said if " and wrong" in one) for name, said in pieces.items()}
     return ["| | what came of it |", "|---|---|", *(f"| {name} | {words} |" for name, words in told.items())]
 
 

@@ -271,7 +271,7 @@ def soak(work: Work, hours: float) -> tuple[int, list[str], str]:
 
 def _check(work: Work, _: Rng, __: Path) -> tuple[Counter[str], str]:
     turns, wrong, told = soak(work, HOURS / PIECES)
-    return Counter({READ: turns - len(wrong), WRONG: len(wrong)}), "; ".join([*wrong[:5], told])
+    return Counter({READ: turns - len(wrong), WRONG: len(wrong)}), "; ".join([told, *wrong[:5]])
 
 
 SECTIONS = [Section("soak", PIECES, partial(Work, seed=1), _check, _PATIENCE, tells=True)]
