@@ -21,7 +21,9 @@ from stale import played
 
 DRAWS = 10
 _PATIENCE = 300.0  # s, of a draw of all kinds
-_BEFORE, _LASTS, _AFTER = 8.0, 3.0, 3.0  # s
+BEFORE, _LASTS, _AFTER = 8.0, 3.0, 3.0  # s
+AROUND = 5.0 + _AFTER
+"""For which frames are sent from the moment on at which they are wrong for the first time, at least [s]."""
 _MOVES = 300  # 1/min
 _PERIOD, _BEAT = 0.02, 0.1  # s, of reports and heartbeats
 _MODULUS, _WATCHED = 256, 300  # numbers of a sequence; ms
@@ -246,6 +248,7 @@ class Prepared:
         channel_map: of the drive.
         tells: whether it tells something of itself.
         wrong: how often each kind was valid and wrong.
+        farthest: the worst error of each then [m].
         tried: cases so far.
     """
 
@@ -254,6 +257,7 @@ class Prepared:
     channel_map: Path
     tells: bool
     wrong: Counter[str] = field(default_factory=Counter)
+    farthest: dict[str, float] = field(default_factory=dict)
     tried: int = 0
 
 
@@ -272,7 +276,7 @@ def map_of(*, tells: bool) -> str:
     return f"""
 speed = {{channel = "606Ch", unit = "1/min"}}
 torque = {{channel = "6077h", rated = "80 N m"{noise}}}
-temperature = {{constant = "40 degC"}}
+temperature = {{constant = "45 degC"}}
 {sequence}
 [[can.pdo]]
 cob_id = 0x{0x180 + DRIVE:X}
@@ -293,11 +297,14 @@ def _state(name: str, begin: float, at: float) -> int | None:
 
 def sent(prepared: Prepared, name: str, begin: float, rng: Rng) -> Frames:
     """All that the drive sends around some moment, in the order of its times."""
-    first, last = begin - _BEFORE, begin + 5.0 + _AFTER
+    return sent_of(prepared.frames, name, begin, rng, tells=prepared.tells)
+
+
+def sent_of(frames: list[tuple[float, int, int]], name: str, begin: float, rng: Rng, *, tells: bool) -> Frames:
+    """The same of times, speeds and torques, with numbers or without."""
+    first, last = begin - BEFORE, begin + AROUND
     whole = [
-        Sent(at, speed, torque, k if prepared.tells else 0)
-        for k, (at, speed, torque) in enumerate(prepared.frames)
-        if first <= at < last
+        Sent(at, speed, torque, k if tells else 0) for k, (at, speed, torque) in enumerate(frames) if first <= at < last
     ]
     beats = _beats(whole, partial(_state, name, begin))
     return sorted([*KINDS[name](whole, begin, rng), *beats], key=lambda one: one.at)
@@ -305,31 +312,54 @@ def sent(prepared: Prepared, name: str, begin: float, rng: Rng) -> Frames:
 
 def follow(prepared: Prepared, name: str, begin: float, rng: Rng) -> tuple[float, float, float]:
     """The worst error while valid and wrong [m], its deviation [m] and when it was [s]; zeros if it never was."""
-    from ramsight.deploy.encoder import Encoder, Frame, Listener, Settings
+    from ramsight.deploy.encoder import Encoder, Listener, Settings
     from ramsight.logs.channel_map import load_map
 
-    judge, frames, worst, before = prepared.judge, sent(prepared, name, begin, rng), (0.0, 0.0, 0.0), 0.0
+    judge, frames = prepared.judge, sent(prepared, name, begin, rng)
     watched = {(0x1016, 1): DRIVE << 16 | _WATCHED} if prepared.tells else None
     encoder = Encoder(
         judge.sensor, judge.unit, Listener(load_map(prepared.channel_map)), Settings(NODE, DRIVE, 0, watched)
     )
     encoder.start(frames[0].at)
     judge.sensor.start(float(judge.true(frames[0].at)), 1e-3)
+    return worst_of(encoder, frames, begin, judge.true)
+
+
+def worst_of(
+    encoder: Any, frames: Frames, begin: float, true: Callable[[float], Any], since: float = 0.0, ahead: float = 0.0
+) -> tuple[float, float, float]:
+    """The same of an encoder that goes on from where it is.
+
+    Args:
+        encoder: it.
+        frames: that come.
+        begin: when they are wrong for the first time [s].
+        true: where the piston is at a time of the machine [m].
+        since: by what the encoder's clock is ahead of that time [s].
+        ahead: by what the time stamps are ahead of the encoder's clock [s].
+    """
+    from ramsight.deploy.encoder import Frame
+
+    worst, before = (0.0, 0.0, 0.0), 0.0
+    encoder.advance(since + frames[0].at)
     for one in frames:
-        while encoder.due <= one.at:
+        now = since + one.at
+        while encoder.due <= now:
             due = encoder.due
             encoder.advance(due)
-            worst = max(worst, _wrong(encoder, judge, due, begin, before))
-        encoder.receive(one.at, Frame(one.cob_id, one.packed, one.at))
+            worst = max(worst, _wrong(encoder, true, due - since, begin, before))
+        encoder.receive(now, Frame(one.cob_id, one.packed, now + ahead))
         if one.at < begin:
-            before = abs(encoder.position - float(judge.true(one.at))) if encoder.valid else 0.0
-        worst = max(worst, _wrong(encoder, judge, one.at, begin, before))
+            before = abs(encoder.position - float(true(one.at))) if encoder.valid else 0.0
+        worst = max(worst, _wrong(encoder, true, one.at, begin, before))
     return worst
 
 
-def _wrong(encoder: Any, judge: Judge, at: float, begin: float, before: float) -> tuple[float, float, float]:
+def _wrong(
+    encoder: Any, true: Callable[[float], Any], at: float, begin: float, before: float
+) -> tuple[float, float, float]:
     """How wrong a valid position is now, beyond what the sensor was off by before."""
-    error = abs(encoder.position - float(judge.true(at))) if encoder.valid and at >= begin else 0.0
+    error = abs(encoder.position - float(true(at))) if encoder.valid and at >= begin else 0.0
     if error - before > FARTHEST and error > SIGMAS * encoder.std:
         return error, encoder.std, at - begin
     return 0.0, 0.0, 0.0
@@ -337,7 +367,7 @@ def _wrong(encoder: Any, judge: Judge, at: float, begin: float, before: float) -
 
 def begins(prepared: Prepared, rng: Rng) -> float:
     """A moment in motion."""
-    first, last = prepared.frames[0][0] + _BEFORE, prepared.frames[-1][0] - 5.0 - _AFTER
+    first, last = prepared.frames[0][0] + BEFORE, prepared.frames[-1][0] - AROUND
     moving = [at for at, speed, _ in prepared.frames if abs(speed) > _MOVES and first < at < last]
     return moving[int(rng.integers(len(moving)))] - 0.5 * _PERIOD
 
@@ -349,12 +379,14 @@ def _check(prepared: Prepared, rng: Rng, _: Path) -> tuple[Counter[str], str]:
         error, std, at = follow(prepared, name, begin, rng)
         prepared.tried += 1
         prepared.wrong[name] += error > 0.0
+        prepared.farthest[name] = max(error, prepared.farthest.get(name, 0.0))
         is_known = error == 0.0 or name in LIMITS
         outcomes[READ if is_known else WRONG] += 1
         if not is_known:
             strange += f"{name} at {begin:.2f} s: {1e3 * error:.1f} mm off, std {1e3 * std:.1f} mm, {at:.2f} s later; "
-    found = ", ".join(f"{name} {count}" for name, count in sorted((+prepared.wrong).items())) or "none"
-    return outcomes, strange or f"{prepared.wrong.total()} of {prepared.tried} valid and wrong: {found}"
+    counted = sorted((+prepared.wrong).items())
+    found = ", ".join(f"{name} {count} ({1e3 * prepared.farthest[name]:.0f} mm off)" for name, count in counted)
+    return outcomes, strange or f"{prepared.wrong.total()} of {prepared.tried} valid and wrong: {found or 'none'}"
 
 
 SECTIONS = [

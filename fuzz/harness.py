@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import multiprocessing
 import os
 import resource
@@ -83,21 +84,21 @@ class Tally:
         return {"tried": sum(self.counts.values()), **counts, **timing, "examples": self.examples, **told}
 
 
-def run(section: Section, seed: int, cases: int) -> Tally:
-    """Try the cases of a section, one after the other; the same seed gives the same cases."""
+def run(section: Section, seed: int, cases: int, longest: float = math.inf) -> Tally:
+    """Try the cases of a section, one after the other, until so much time is over [s]; a seed gives the same cases."""
     tally, done, begun = Tally(), 0, time.monotonic()
     context = multiprocessing.get_context("fork")
-    while done < cases:
+    while done < cases and time.monotonic() - begun < longest:
         ours, theirs = context.Pipe(duplex=False)
         worker = context.Process(target=_work, args=(section, seed, done, cases, theirs), daemon=True)
         worker.start()
         theirs.close()
-        done = _watch(section, worker, ours, tally, done, cases)
+        done = _watch(section, worker, ours, tally, done, cases, begun + longest)
     tally.seconds = time.monotonic() - begun
     return tally
 
 
-def _watch(section: Section, worker: Any, ours: Any, tally: Tally, done: int, cases: int) -> int:
+def _watch(section: Section, worker: Any, ours: Any, tally: Tally, done: int, cases: int, until: float) -> int:
     """Count what a worker reports; the number of the next case once it has ended."""
     is_ready = False
     while done < cases:
@@ -119,6 +120,9 @@ def _watch(section: Section, worker: Any, ours: Any, tally: Tally, done: int, ca
             continue
         tally.add(*report)
         done += 1
+        if time.monotonic() > until:
+            worker.kill()
+            break
     worker.join()
     return done
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import platform
 import sys
 from importlib import import_module
@@ -31,11 +32,15 @@ MODULES = [
     "second_node",
     "stale",
     "drive_kinds",
+    "sleeping",
+    "rates",
     "growing",
     "long_day",
+    "soak",
     "many_rows",
     "network",
     "restarts",
+    "flooded",
     "studio",
     "covariance",
 ]
@@ -48,6 +53,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("results/fuzz.json"))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scale", type=float, default=1.0, help="of the number of cases")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="of a section at most; it ends after a case")
     parser.add_argument("--section", action="append", help="only sections whose name begins so; may be repeated")
     options = parser.parse_args()
     sections: list[Section] = [one for name in MODULES for one in import_module(name).SECTIONS]
@@ -57,7 +63,7 @@ def main() -> int:
     for section in sections:
         if options.section and not any(section.name.startswith(start) for start in options.section):
             continue
-        tally = run(section, options.seed, max(int(section.cases * options.scale), 1))
+        tally = run(section, options.seed, max(int(section.cases * options.scale), 1), 60.0 * options.minutes)
         results[section.name] = tally.as_json(tells=section.tells)
         bad += sum(tally.counts[outcome] for outcome in (CRASHED, HUNG, WRONG))
         print(

@@ -31,6 +31,7 @@ from ramsight.output import HeldError
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.status import Status
+from ramsight.sensor.thresholds import BRIDGED_GAP, USUAL_PERIOD
 
 from .encoder_bus import (
     COLD,
@@ -923,10 +924,47 @@ def test_while_the_local_clock_stands_the_buss_clock_says_how_much_time_passed(s
     for k in range(100):
         stamp = 1e6 + 0.02 * k + (slept if k >= at else 0.0)
         times.append(clock.time(stamp, 5.0 + 0.02 * k + late * (k % 2)))
-    steps = np.diff(times)
-    assert steps[at - 1] == pytest.approx(0.02 + slept, abs=0.011)
+    steps, unseen = np.diff(times), max(slept, BRIDGED_GAP + USUAL_PERIOD)
+    assert steps[at - 1] == pytest.approx(0.02 + unseen, abs=0.011)
     assert np.delete(steps, at - 1) == pytest.approx(0.02, abs=0.011)
-    assert clock.stood == pytest.approx(slept, abs=0.011)
+    assert clock.stood == pytest.approx(unseen, abs=0.011)
+
+
+@pytest.mark.parametrize("back", [0.03, 0.055, 0.09, 0.5, 3600.0])
+def test_a_wall_clock_that_is_set_back_loses_no_time(back):
+    clock = BusClock()
+    times = [clock.time(1e6 + 0.02 * k - (back if k >= 50 else 0.0), 5.0 + 0.02 * k) for k in range(100)]
+    assert np.diff(times) == pytest.approx(0.02, abs=1e-3)
+
+
+@pytest.mark.parametrize("set_by", [0.05, 0.1, 0.4, 2.0])
+@pytest.mark.parametrize("counts", [True, False])
+def test_a_wall_clock_that_is_set_forward_in_motion_makes_the_position_uncertain(tmp_path, set_by, counts):
+    """Nobody knows whether the piston went on meanwhile; a drive that counts its frames is not late by it."""
+    path = tmp_path / "map.toml"
+    path.write_text(
+        'speed = {channel = "606Ch", unit = "1/min"}\ntorque = {channel = "6077h", rated = "80 N m"}\n'
+        'temperature = {constant = "40 degC"}\n'
+        + ('sequence = {channel = "2001h", modulus = 256}\n' if counts else "")
+        + f'[[can.pdo]]\ncob_id = {0x180 + DRIVE}\nobjects = ["606Ch", "6077h", "2001h UINT16"]\n'
+    )
+    device = encoder(channel_map=load_map(path))
+    device.start(0.0)
+    per_second = 1000 * math.pi / 30.0 * boom().travel_per_radian
+    for k in range(150):
+        at, rpm = 0.02 * k, min(max(100 * (k - 50), 0), 1000)
+        if k == 40:
+            device._sensor.start(0.1, 1e-4)
+        share = (750 + k % 7).to_bytes(2, "little")
+        data = rpm.to_bytes(4, "little") + share + (k % 256).to_bytes(2, "little")
+        device.receive(at, Frame(0x180 + DRIVE, data, at + 1e6 + (set_by if k >= 100 else 0.0)))
+        assert Fault.STALE not in device.faults
+        if k == 99:
+            before, std = device.position, device.std
+            assert device.valid
+        if k == 100 and device.valid:
+            assert device.std > std + 0.5 * per_second * min(set_by, 0.5)
+            assert abs(device.position - before) < 0.03 * per_second
 
 
 @pytest.mark.parametrize("slept", [0.08, 0.3, 1.0, 3.0, 10.0, 3600.0])

@@ -189,7 +189,7 @@ def after_ticks(ticks, speed=100.0, state=None, counts=True):
     )
 
 
-@pytest.mark.parametrize("factor", [0.1, 0.5, 0.8, 1.5, 2.0, 5.0])
+@pytest.mark.parametrize("factor", [0.1, 0.5, 0.8, 1.4, 1.5, 2.0, 5.0])
 def test_samples_at_another_rate_are_found_and_all_of_their_time_is_uncertain(factor):
     settled, odds, unseen = after_ticks([H] * 300)
     assert not any(odds)
@@ -200,6 +200,20 @@ def test_samples_at_another_rate_are_found_and_all_of_their_time_is_uncertain(fa
     assert all(odds[odds.index(True) :])
     assert unseen == pytest.approx(150 * H * abs(factor - 1.0), rel=0.3)
     assert value(again.period) == pytest.approx(H, rel=0.05), "it is hardly learned from them"
+
+
+@pytest.mark.parametrize("factor", [0.9, 1.1])
+def test_samples_a_tenth_too_fast_or_too_slow_are_found_before_they_are_a_tenth_of_a_second_apart(factor):
+    settled, *_ = after_ticks([H] * 300)
+    _, odds, unseen = after_ticks([factor * H] * 250, state=settled)
+    assert odds.index(True) * H * abs(factor - 1.0) < 0.1
+    assert unseen > 0.5 * 250 * H * abs(factor - 1.0), "the rest fades, and is less than four standard deviations"
+
+
+def test_samples_that_are_lost_count_for_less_than_a_clock_that_is_slow():
+    settled, *_ = after_ticks([H] * 300)
+    assert not any(after_ticks([2.0 * H] * 6, state=settled)[1])
+    assert any(after_ticks([1.4 * H] * 15, state=settled)[1])
 
 
 def test_a_rate_that_stays_is_the_new_one():

@@ -5,16 +5,20 @@ followed as long as they agree with the local clock, which only runs forward; af
 
 A jump forward is either a clock that was set, or a computer that slept and whose local clock stood meanwhile: a laptop
 whose lid was closed, a virtual machine that was paused. Nothing here tells which, and the piston may have moved: it
-counts as time that passed, and a clock that was set costs a reference.
+counts as time that passed unseen, for at least so long that no sensor integrates over it. A clock that was set costs a
+reference.
 """
 
 from __future__ import annotations
 
 import math
 
-_JUMP = 0.1  # s; by more than this a time stamp goes back only because a clock was set
+from ramsight.sensor.thresholds import BRIDGED_GAP, USUAL_PERIOD
+
+_BACK = 5e-3  # s; by more than this a time stamp goes back only because a clock was set: a bus keeps its order
 _AHEAD = 0.04  # s; by more than this no stamp is in the future: twice a usual period
 _LATE = 1.0  # s; no queue is so long, so the clock lags
+_UNSEEN = BRIDGED_GAP + USUAL_PERIOD  # s; a sensor does not integrate over it
 _CREEP = 1e-3  # share of the lag that is forgotten with each frame: clocks drift, and queues are emptied
 
 
@@ -22,7 +26,7 @@ class BusClock:
     """Local times of frames.
 
     Attributes:
-        stood: for how long the local clock has stood while the bus's went on [s].
+        stood: for how long the local clock may have stood while the bus's went on [s].
 
     Example:
         >>> clock, seen = BusClock(), ((1000.0, 5.0), (1000.02, 5.021), (4600.04, 5.041), (4600.06, 5.061))
@@ -47,9 +51,10 @@ class BusClock:
             return now
         lag = now - (stamp - self._ahead)
         if lag < -_AHEAD:
-            self.stood -= lag
-            now -= lag
-        elif math.isnan(lag) or lag < 0.0 or lag > _LATE or stamp < self._last - _JUMP:
+            unseen = max(-lag, _UNSEEN)
+            self.stood, now = self.stood + unseen, now + unseen
+            self._ahead = stamp - now
+        elif math.isnan(lag) or lag < 0.0 or lag > _LATE or stamp < self._last - _BACK:
             self._ahead = stamp - now
         elif stamp > self._last:
             self._ahead -= _CREEP * lag

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ramsight._version import __version__
 from ramsight.deploy.encoder.alarms import ALARMS, OF_STATUS, WARNINGS, Fault, alarms, register, warnings
@@ -138,7 +138,9 @@ class Encoder:
         self._estimate: Estimate | None = None
         self._drive = Presence(self._node, settings.drive_node)
         self._second = SecondNode(listener.periodic, unit.max_speed)
-        self._alive = Liveness(unit.max_speed, listener.sequence, listener.noise, listener.torque_step)
+        self._alive = Liveness(
+            unit.max_speed, listener.sequence, listener.noise, listener.torque_step, unit.drive.inertia
+        )
         self._fastest = unit.max_speed * unit.travel_per_radian
         self._stored = Stored(self._node, parameters, settings.overrides or {}, self._save_now, self._refusal)
         self._short = False
@@ -285,7 +287,9 @@ class Encoder:
         sample = self._listener.sample(self._now) if whole_frame else None
         if sample is None:
             return
-        if self._alive.take(self._listener.report(sample), self._second.period_of(frame.cob_id)):
+        report = self._listener.report(sample)
+        report = replace(report, sent=report.sent - self._clock.stood)  # its number says whether time has passed
+        if self._alive.take(report, self._second.period_of(frame.cob_id)):
             self._saving.forget()  # reports that were old have been used
         if self._second.is_there or not self._alive.is_new() or self._drive.gone:  # nobody knows whose it is, or when
             self._missed = self._missed or self._drive.gone

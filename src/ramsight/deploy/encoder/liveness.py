@@ -6,7 +6,7 @@ A frame that is frozen, zero or late looks like any other. Five things tell it, 
 - *noise* of the torque: a report with noise repeats only so often in a row by chance (`control.repeats`); where none is
   declared, how often whole reports repeat is learned;
 - *zeros*: a motor that turns fast does not stand in the next report, with a torque of exactly 0;
-- the *sign*: nor does it turn as fast the other way round in the next report, and go on so;
+- a *step* of the speed: a shaft does not go from one steady speed to another without a torque (`shaft_steps`);
 - the *state word* of the drive (6041h): a drive that is not enabled has no torque.
 """
 
@@ -17,10 +17,13 @@ from dataclasses import dataclass
 from functools import cache
 
 from ramsight.control.repeats import repeats_in_a_row, runs, upper_share
+from ramsight.deploy.encoder.shaft_steps import FAST, SHORTEST_STOP, ShaftSteps
 from ramsight.logs.mapped import ENABLED, ENABLED_MASK, Sequence
 
 LATE = 3.0
 """Frames by which the drive may be late: one waits for the bus a period at most, two more are for a busy bus."""
+AHEAD = 2.0
+"""Frames by which the drive may be ahead of the earliest before: that one waited for the bus a period, and another."""
 RESTARTS = 2.0  # s; after such a silence a drive may have been switched off and on, and counts from anywhere
 USUAL_PERIOD = 0.02  # s
 _SLOWER = 0.01  # share by which a drive's period may be longer than it is known, before its frames add up
@@ -30,10 +33,7 @@ _SELDOM = 0.1  # share of reports that repeat, up to which a repeat makes the re
 _OFTEN = 0.5  # share of reports that repeat, from which on nothing is learned from repeats
 _REMEMBERED = 2000  # reports: 40 s of a usual drive
 _TURNS = 0.02  # of the highest speed; slower the motor rests
-_FAST = 0.1  # of the highest speed; a motor that turns faster is not stopped within a report
-_SHORTEST_STOP = 0.2  # s, from the highest speed; the torque for a shorter one would be reported
 _ZEROS = 2  # reports of zeros in a row; one may be disturbed
-_MIRRORED = 0.03  # of a speed, by which the one that follows may miss its opposite
 _DECLARED = 1e-3  # of a step; finer a report is not rounded
 
 
@@ -65,11 +65,12 @@ class Counted:
     Attributes:
         late: frames, or SYNCs, by which the newest frame is late [1].
         repeated: frames in a row with the same number.
+        leapt: whether more frames were sent before the newest one than the time lets: time has passed unseen.
     """
 
     def __init__(self, sequence: Sequence) -> None:
         self._sequence = sequence
-        self.late, self.repeated = 0.0, 0
+        self.late, self.repeated, self.leapt = 0.0, 0, False
         self._at = self._last = self._sync = math.nan
 
     @property
@@ -87,6 +88,7 @@ class Counted:
         begins = not passed <= RESTARTS
         self._at, self._last = at, number
         self.repeated = self.repeated + 1 if step == 0.0 and not begins else 0
+        self.leapt = False
         if self._sequence.of_sync:
             late = (self._sync - number) % self._sequence.modulus
             self.late = 0.0 if math.isnan(late) else late
@@ -96,7 +98,9 @@ class Counted:
             share = 1.0 if self.are_late else 1.0 - _SLOWER  # a drive that is late stays so
             expected = share * passed / period if period > 0.0 else max(step, 1.0)
             half = 0.5 * self._sequence.modulus
-            self.late = max(self.late + (expected - step + half) % self._sequence.modulus - half, 0.0)
+            late = self.late + (expected - step + half) % self._sequence.modulus - half
+            self.leapt = late <= -AHEAD and half >= LATE + AHEAD  # else it is as well late
+            self.late = max(late, 0.0)
 
 
 class Habit:
@@ -146,6 +150,7 @@ class Liveness:
         sequence: how the number of its frames counts; None where there is none.
         noise: of the torque from frame to frame, standard deviation [N m]; 0 where none is declared.
         step: to which the torque is rounded [N m].
+        inertia: at the motor shaft [kg m2]; 0 if it is unknown.
 
     Attributes:
         is_stale: whether its data repeat, or are late.
@@ -160,14 +165,16 @@ class Liveness:
         (7, True)
     """
 
-    def __init__(self, fastest: float, sequence: Sequence | None, noise: float, step: float) -> None:
+    def __init__(
+        self, fastest: float, sequence: Sequence | None, noise: float, step: float, inertia: float = 0.0
+    ) -> None:
         self._turns, self._noise, self._step = _TURNS * fastest, noise, max(step, _DECLARED * noise)
         self._counted = None if sequence is None else Counted(sequence)
         self._torque, self._run, self._since = math.nan, 0, -math.inf
         self._speed, self._habits = math.nan, {True: Habit(), False: Habit()}
         self._turned = False
         self._fastest, self._zeros = fastest, 0
-        self._sent, self._is_mirrored = -math.inf, False
+        self._steps = ShaftSteps(fastest, inertia)
         self.is_stale = self.is_disabled = False
         self._age = 0.0
 
@@ -184,20 +191,21 @@ class Liveness:
     def take(self, report: Report, period: float) -> bool:
         """A whole sample, and the period of the drive [s], NaN if unknown; whether false ones may have been used."""
         known = period if period > 0.0 else USUAL_PERIOD
-        late = frozen = False
+        late = frozen = leapt = False
         self._age = 0.0
         if self._counted is not None and not math.isnan(report.sequence):
             self._counted.take(report.sent, report.sequence, period)
-            late = self._counted.are_late
+            late, leapt = self._counted.are_late, self._counted.leapt
             self._age = known * self._counted.late
         moved = self._state(report)
         if not self.is_disabled:
             frozen = self._repeats(report, known) if self._noise > 0.0 else self._stands(report, known)
-        frozen = self._stops_at_once(report, known) or self._turns_round(report, known) or frozen
+        stepped = self._steps.take(report.sent, report.speed, report.torque, known)
+        frozen = self._stops_at_once(report, known) or stepped or frozen
         forgets = frozen and not self.is_stale
         self.is_stale = late or frozen
-        self._speed, self._torque, self._sent = report.speed, report.torque, report.sent
-        return forgets or moved
+        self._speed, self._torque = report.speed, report.torque
+        return forgets or moved or leapt
 
     def is_new(self) -> bool:
         """Whether the newest report may be used: it is of an enabled drive that rests or turns, in time and new."""
@@ -228,20 +236,11 @@ class Liveness:
         """Whether speed and torque have become 0 from one report to the next, faster than a motor stops."""
         if report.speed != 0.0 or report.torque != 0.0 or self.is_disabled:
             self._zeros = 0
-        elif abs(self._speed) > self._fastest * max(_FAST, period / _SHORTEST_STOP):
+        elif abs(self._speed) > self._fastest * max(FAST, period / SHORTEST_STOP):
             self._zeros = 1
         elif self._zeros > 0:
             self._zeros += 1
         return self._zeros >= _ZEROS
-
-    def _turns_round(self, report: Report, period: float) -> bool:
-        """Whether the speed has changed its sign alone from one report to the next, and kept it in this one."""
-        passed, before = report.sent - self._sent, self._speed
-        near = _MIRRORED * abs(before)
-        kept = self._is_mirrored and abs(report.speed - before) <= near
-        fast = abs(before) > self._fastest * max(_FAST, passed / _SHORTEST_STOP)
-        self._is_mirrored = fast and passed < 2.0 * period and abs(report.speed + before) <= near
-        return kept
 
     def _stands(self, report: Report, period: float) -> bool:
         """Whether the whole report repeats for longer than it did before, in motion or at rest."""

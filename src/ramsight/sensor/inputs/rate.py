@@ -64,11 +64,13 @@ def check_rate(
     counts_as = 0.5 * RATE_MEMORY + RATE_MEMORY**2 / ca.fmax(state.learnt, 1.0)
     spread = SURE_STDS * ca.sqrt(state.variance * counts_as)
     early, late = 2.0 * SAMPLE + state.period + spread, GAP_PERIOD + spread
+    # Lost samples are usual. What is nearer to one period than to two counts for as much late as it does early.
+    counts_for = ca.if_else(tick < 1.5 * state.period, late / early, 1.0)
     faded = (1.0 - 1.0 / RATE_MEMORY) * state.apart
-    apart = ca.if_else(all_of(near, known), faded + tick - state.period, 0.0)
-    share = ca.fmax(apart / late, -apart / early)
+    apart = ca.if_else(all_of(near, known), faded + counts_for * (tick - state.period), 0.0)
+    share = ca.fabs(apart) / late
     odd = all_of(known, any_of(share > 1.0, all_of(state.odd, share > HALF)))
-    unknown_for = ca.fmax(ca.fabs(apart) - ca.if_else(state.odd, ca.if_else(apart < 0.0, early, late), 0.0), 0.0)
+    unknown_for = ca.fmax(ca.fabs(apart) - ca.if_else(state.odd, late, 0.0), 0.0) / counts_for
     learns = all_of(near, ca.fabs(speed) > MOTOR_TURNS)
     differs = ca.if_else(state.learnt > 0.0, tick - state.last, 0.0)
     more = ca.fmin(state.learnt + 1.0, RATE_LEARNT_MOST)
@@ -78,7 +80,7 @@ def check_rate(
         last=ca.if_else(learns, tick, state.last),
         variance=state.variance + ca.if_else(learns, (0.5 * differs**2 - state.variance) / more, 0.0),
         learnt=ca.if_else(learns, ca.if_else(odd, fewer, more), state.learnt),
-        apart=ca.if_else(all_of(odd, counts), ca.fmax(ca.fmin(apart, late), -early), apart),
+        apart=ca.if_else(all_of(odd, counts), ca.fmax(ca.fmin(apart, late), -late), apart),
         odd=odd,
     )
     return after, odd, ca.if_else(odd, unknown_for, 0.0)
