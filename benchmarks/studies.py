@@ -26,9 +26,8 @@ from bench_file import keep, rounded
 
 import ramsight.study.datasheet.machine_tasks as working
 from ramsight import machine
-from ramsight.study.datasheet.cluster import cluster
+from ramsight.study.datasheet.cluster import cluster, run
 from ramsight.study.datasheet.measuring import measures
-from ramsight.study.datasheet.run_tasks import run
 from ramsight.study.datasheet.studied_duties import Work
 from ramsight.study.datasheet.study_plan import TASK, plan
 from ramsight.study.datasheet.tracks_of_many import tracked

@@ -10,7 +10,10 @@ import re
 import warnings
 from pathlib import Path
 
+import xarray
+
 import ramsight
+from ramsight import signals
 from ramsight.machine.base import Part
 from ramsight.machine.declare import Quantity
 
@@ -41,6 +44,7 @@ napoleon_numpy_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
 autodoc_type_aliases = {"Array": "Array"}
+signals.Dataset = xarray.Dataset  # the package names it in annotations without the import
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 autodoc_member_order = "groupwise"
@@ -55,12 +59,18 @@ maximum_signature_line_length = 100
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(abc|ca|casadi|collections|enum|np|numpy|pathlib|pydantic|threading|typing|xarray)\..*"),
-    ("py:.*", r"Advance|Compared|AnyMachine|AnyMap|AnyUnit|Vary|Array|ArrayLike|Loads|Figure|Path|BaseModel"),
+    ("py:.*", r"Advance|Compared|AnyMachine|AnyMap|AnyUnit|Vary|Array|ArrayLike|Dataset|Loads|Figure|Path|BaseModel"),
     ("py:.*", r"ramsight\.(machine\.(catalogue\.Entry|linkage\.Linkage)|plant\.as_built\.U)"),
     ("py:.*", r"ramsight\.(engine|plant\.(circuit|holding|oil|linkage))\..*|CircuitModel"),
-    ("py:.*", r"Listener|ParameterFile|Persistence|Samples|VirtualSensor|ramsight\.logs\.mapped\.(Sequence|Timed)"),
+    (
+        "py:.*",
+        r"Listener|ParameterFile|Persistence|Samples|VirtualSensor|ramsight\.(signals\.Signals|logs\.mapped\.(Sequence|Timed))",
+    ),
     ("py:.*", r"ramsight\.logs\.channels\.Further|ramsight\.duty\.reading_report\..*"),
-    ("py:.*", r"Requirement|WrongValue|ramsight\.machine\.requirement_description\..*"),
+    (
+        "py:.*",
+        r"Requirement|WrongValue|ramsight\.(machine\.requirement_description|study\.commissioning\.wrong_values)\..*",
+    ),
     ("py:.*", r"ramsight\.study\.datasheet\.sheet_requirement\..*"),
     ("py:.*", r"ramsight\.api\.live_sensor\.Sensor|ramsight\.tracking\.channel_tolerance\..*"),
     ("py:.*", r"ramsight\.deploy\.(profiles\.Profile|diagnostic_coverage\.(RatedFault|Coverage))"),

@@ -19,10 +19,10 @@ import pages
 
 from ramsight import Study
 from ramsight.output import write_text
-from ramsight.study.datasheet.mending import MEASURES, Measure
+from ramsight.study.datasheet.cluster import run
 from ramsight.study.datasheet.quantities import varied
-from ramsight.study.datasheet.run_tasks import run
 from ramsight.study.datasheet.sheet import data_sheet
+from ramsight.study.datasheet.sheet_requirement import MEASURES, Measure
 from ramsight.study.datasheet.study_plan import Plan
 
 ROOT = Path(__file__).parents[1]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from ramsight.control.drive_watch import Declaration, Report, Verdict, WatchState, look, reset, unwatched
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import Reported
-from ramsight.engine.live_recursion import Live, recursion_of
+from ramsight.engine.recursion import Live, recursion_of
 from ramsight.engine.typed_state import leaf, symbols
 from ramsight.expression import Flag, Real, Scalar, count
 from ramsight.plant.unit import HydraulicUnit

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import casadi as ca
 import numpy as np
+from flow_law import Fit, columns, fit
 from numpy.typing import NDArray
 
-from ramsight.calibration.flow_law import Fit, columns, fit
 from ramsight.plant.oil import T40, T100, kinematic_viscosity, thermal_density, walther_constants
 
 Array = NDArray[np.float64]

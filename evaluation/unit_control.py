@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from circuits import CIRCUITS, catalogued
 
+from ramsight.closed_loop.loop import UnitLoop
 from ramsight.closed_loop.loop_settings import LoopSettings
-from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 

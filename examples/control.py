@@ -9,8 +9,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ramsight import machine
+from ramsight.closed_loop.loop import UnitLoop
 from ramsight.closed_loop.loop_settings import LoopSettings
-from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build

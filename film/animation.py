@@ -16,11 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from film.side_view import draw_ground, draw_rock, draw_scenery, draw_shapes, rock
 from ramsight import Status
 from ramsight.drawing.mechanism.bodies import Shapes, shapes
-from ramsight.drawing.mechanism.bucket import rock
-from ramsight.drawing.mechanism.scenery import heap_radius, scenery
-from ramsight.drawing.mechanism.side_view import COLOURS, draw_ground, draw_rock, draw_scenery, draw_shapes
+from ramsight.drawing.mechanism.scenery import COLOURS, heap_radius, scenery
 from ramsight.optional import needing
 from ramsight.output import atomic_path, write_text
 from ramsight.plant.linked import LinkedMachine

@@ -144,7 +144,7 @@ def _kill(pieces: list[Any], rng: Rng, folder: Path) -> tuple[str, str]:
 
 def _sweep(path: Path) -> None:
     """What the next run with the same output does first."""
-    from ramsight.output.drafts import sweep
+    from ramsight.output.atomic import sweep
 
     sweep(path)
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from film.side_view import draw_ground, draw_rock, draw_scenery, draw_shapes, name_parts
 from ramsight.drawing import Sheet, drawn
 from ramsight.drawing.mechanism.bodies import shapes
 from ramsight.drawing.mechanism.scenery import scenery
-from ramsight.drawing.mechanism.side_view import draw_ground, draw_rock, draw_scenery, draw_shapes, name_parts
 from ramsight.drawing.notes import notes
 from ramsight.drawing.raster import paint
 from ramsight.drawing.shapes import Area, Line, Word

@@ -12,8 +12,7 @@ from ramsight.control.orders import Ask, Inputs
 from ramsight.control.sensing import Sensed, reliance_on
 from ramsight.control.thresholds import NO_PLACE
 from ramsight.control.trajectory import Trajectory, advanced, at_rest, begun, setpoint
-from ramsight.engine.live_recursion import Live, recursion_of
-from ramsight.engine.recursion import replay
+from ramsight.engine.recursion import Live, recursion_of, replay
 from ramsight.engine.typed_state import initial_values, leaf, mapped, symbols
 from ramsight.expression import Scalar
 from ramsight.sensor.status import Status

@@ -101,6 +101,6 @@ def test_a_relief_valve_that_is_not_there_is_said():
     from ramsight.plant.valve import ReliefValve
 
     unit = ramsight.build("press")
-    without = replace(unit, others=tuple(p for p in unit.others if not isinstance(p, ReliefValve)))
+    without = replace(unit, extra=tuple(p for p in unit.extra if not isinstance(p, ReliefValve)))
     assert "without a relief valve" in said(without)["sensors"].how
     assert "without a relief valve" not in said(unit)["sensors"].how

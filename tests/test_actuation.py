@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from ramsight.closed_loop.loop import UnitLoop
 from ramsight.closed_loop.loop_settings import LoopSettings
-from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.control.activity import Activity
 from ramsight.control.actuation import Actuation
 from ramsight.control.position import PositionControl

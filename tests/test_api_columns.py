@@ -9,7 +9,7 @@ import pytest
 import xarray
 
 import ramsight
-from ramsight.api.columns import in_si
+from ramsight.api.arguments import in_si
 
 RPM = 2.0 * np.pi / 60.0
 

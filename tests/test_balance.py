@@ -509,7 +509,7 @@ def tabulated(part):
 
 
 def with_part(unit, part):
-    return replace(unit, **({"extra": (part,)} if hasattr(unit, "extra") else {"others": (*unit.others, part)}))
+    return replace(unit, extra=(*unit.extra, part))
 
 
 def across(unit):

@@ -13,8 +13,7 @@ from rich.console import Console
 from ramsight import machine
 from ramsight.api.abilities import abilities
 from ramsight.cli.common import coloured, named_unit
-from ramsight.cli.option_errors import Verb
-from ramsight.cli.verbs import GROUPS, SECTIONS, app, verb_name
+from ramsight.cli.verbs import GROUPS, SECTIONS, Verb, app, verb_name
 from ramsight.errors import DescriptionError
 from ramsight.machine.tables import catalogue_list, rows_of
 from ramsight.plant.machine_tables import machine_summary

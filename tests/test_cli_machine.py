@@ -32,13 +32,7 @@ def one_line_error(done):
 def test_check_shows_what_follows():
     done = run("check", "mining-loader")
     assert done.returncode == 0, done.stderr
-    for words in (
-        "unit boom",
-        "unit bucket",
-        "0.613, +0.6% off the area ratio",
-        "535.0 kN",
-        "0.852, 0.857 mm",
-    ):
+    for words in ("unit boom", "unit bucket", "0.613, +0.6% off the area ratio", "535.0 kN", "0.852, 0.857 mm"):
         assert words in done.stdout
     only = at_once("check", "mining-loader", "--unit", "bucket").stdout
     assert "unit boom" not in only

@@ -204,15 +204,7 @@ def test_a_track_that_fails_leaves_the_old_one(simulated, tmp_path):
 def test_simulations_repeat_to_the_last_bit(tmp_path):
     for name, run in (("one", at_once), ("two", as_command)):
         done = run(
-            "simulate",
-            "mining-loader",
-            "--unit",
-            "bucket",
-            "--load",
-            "96 kN",
-            "--log",
-            f"{name}.csv",
-            cwd=tmp_path,
+            "simulate", "mining-loader", "--unit", "bucket", "--load", "96 kN", "--log", f"{name}.csv", cwd=tmp_path
         )
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "two.csv").read_bytes()

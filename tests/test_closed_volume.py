@@ -9,9 +9,9 @@ import pytest
 from scipy.stats import norm
 
 from ramsight import machine
-from ramsight.closed_loop.learned import learned_covariance, learned_factors
+from ramsight.closed_loop.loop import UnitLoop
 from ramsight.closed_loop.loop_settings import LoopSettings
-from ramsight.closed_loop.unit_loop import UnitLoop
+from ramsight.closed_loop.planning import learned_covariance, learned_factors
 from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.logs import read_log
 from ramsight.plant.as_built import AsBuilt

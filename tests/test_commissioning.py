@@ -21,7 +21,7 @@ from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import standard_map
 from ramsight.sensor.contacts.mode import Mode
 from ramsight.sensor.status import Status
-from ramsight.study.commissioning import log_checks, sensor_checks, sheet_checks
+from ramsight.study.commissioning import log_checks, sensor_checks
 from ramsight.study.commissioning.finding import Finding, Verdict
 from ramsight.study.commissioning.walk import Commissioning
 
@@ -200,8 +200,7 @@ def test_a_visit_to_an_empty_chamber_is_one_though_noise_looks_like_letting_go(b
 
 
 @pytest.mark.parametrize(
-    ("name", "changes"),
-    [("forklift-mast", {"units.lift.cylinder.bore": "60 mm"}), ("eha-test-bench", {})],
+    ("name", "changes"), [("forklift-mast", {"units.lift.cylinder.bore": "60 mm"}), ("eha-test-bench", {})]
 )
 def test_a_rehearsal_of_a_machine_as_described_is_commissioned_at_its_ends(name, changes):
     """Of a mast whose chamber empties on its lower end, and of a short cylinder that the pump presses for a minute."""
@@ -223,7 +222,7 @@ def identification(name, estimate, judged_by):
 def test_a_factor_is_doubtful_where_its_whole_interval_is_beyond_what_is_expected():
     def verdict(low, high, identified=True):
         estimate = Estimate((low + high) / 2, low, high, identified)
-        return sheet_checks.identified(identification("leak", estimate, 0.3))[0].verdict
+        return sensor_checks.identified(identification("leak", estimate, 0.3))[0].verdict
 
     assert verdict(1.2, 1.4) is Verdict.PASSED
     assert verdict(1.31, 1.4) is Verdict.LOOK_TWICE
@@ -245,7 +244,7 @@ def test_a_finding_says_what_its_interval_does_not_hold():
 
     def found(per_kelvin, per_torque):
         estimate = Estimate(1.0, 0.99, 1.01, identified=True, per_kelvin=per_kelvin, per_torque=per_torque)
-        return sheet_checks.identified(identification("leak", estimate, 0.3))[0].found
+        return sensor_checks.identified(identification("leak", estimate, 0.3))[0].found
 
     assert found(-0.038, -0.011).endswith(
         "; -0.038 for each K that the oil is warmer than reported, -0.011 for each % that the torque is larger"

@@ -14,12 +14,10 @@ from ramsight.control import thresholds
 from ramsight.control.activity import Event
 from ramsight.control.actuation import Actuation
 from ramsight.control.block import stopping_ramp
-from ramsight.control.leak_testing import LeakTest, leak_tested
-from ramsight.control.moving import at_power_up, begun, landed, moved, ordered
+from ramsight.control.moving import LeakTest, Steering, at_power_up, begun, landed, leak_tested, moved, ordered, steered
 from ramsight.control.orders import Ask, LastOrder, Orders, Reason, read_orders
 from ramsight.control.sensing import Sensed, reliance_on, sensed_at, smoothed_temperature, trust
 from ramsight.control.sensing import may_home as homes
-from ramsight.control.steering import Steering, steered
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.engine.typed_state import leaves

@@ -57,9 +57,7 @@ NEEDED = {
         ("compare", "mining-loader", str(DAY), str(TRUTH), "--unit", "boom"),
         ("logs", "shared", str(DAY), str(DAY)),
     ],
-    "datasets,figures": [
-        ("compare", "mining-loader", str(DAY), str(TRUTH), "--unit", "boom", "--figure", "both.png"),
-    ],
+    "datasets,figures": [("compare", "mining-loader", str(DAY), str(TRUTH), "--unit", "boom", "--figure", "both.png")],
     "identify": [
         ("identify", "mining-loader", str(DAY), "--truth", str(TRUTH), "--unit", "boom"),
         ("commission", "mining-loader", str(DAY), "--unit", "boom"),

@@ -16,9 +16,9 @@ from ramsight.tracking.credible import (
     frozen_positions,
     possible_positions,
     possible_pressures,
+    possible_truth,
 )
 from ramsight.tracking.position_errors import ComparisonError
-from ramsight.tracking.true_position import possible_truth
 
 BOOM = ramsight.build("mining-loader", unit="boom")
 STROKE = float(BOOM.cylinder.stroke)

@@ -19,19 +19,19 @@ import ramsight
 from ramsight import machine
 from ramsight.cli import app
 from ramsight.errors import DescriptionError, OutputError, RamsightError
+from ramsight.optional import needs
 from ramsight.plant.build import build
 from ramsight.plant.circuit import parameter_values
 from ramsight.plant.unit import circuit
 from ramsight.sensor.report.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.study.datasheet import cluster as clusters
-from ramsight.study.datasheet import machine_tasks, run_tasks, statistics, store
+from ramsight.study.datasheet import machine_tasks, statistics, store
 from ramsight.study.datasheet import study_plan as plans
 from ramsight.study.datasheet.drawn import draw, ready
 from ramsight.study.datasheet.linear import REPORTED, differences, linear_budget
 from ramsight.study.datasheet.machine_tasks import runs, work_through
 from ramsight.study.datasheet.measuring import GROUPS, TAUGHT, VOUCHED, Track, drift_of, measures
-from ramsight.study.datasheet.needs import needs
 from ramsight.study.datasheet.sobol import indices, saltelli
 from ramsight.study.datasheet.statistics import (
     Known,
@@ -328,10 +328,8 @@ def test_a_study_that_was_killed_goes_on_and_gives_the_same_to_the_last_bit(stud
     assert done.returncode == -signal.SIGKILL, done.stderr
     layout = study.plan.layout
     assert store.Store(path, layout, COUNT).done.tolist() == [True, True, False, False, False]
-    seen = []
-    monkeypatch.setattr(
-        run_tasks, "_task", lambda plan, kept, rows, task=run_tasks._task: seen.append(rows) or task(plan, kept, rows)
-    )
+    seen, task = [], clusters._task_here
+    monkeypatch.setattr(clusters, "_task_here", lambda plan, kept, rows: seen.append(rows) or task(plan, kept, rows))
     resumed = study.run(path, threads=2)
     assert sorted(one.start for one in seen) == [2, 4]
     assert resumed.identical(found)
@@ -382,7 +380,7 @@ def test_a_full_disk_is_one_line_and_what_was_done_stays(study, tmp_path, monkey
         kept(group, layout, rows, found)
 
     monkeypatch.setattr(store, "_write", full)
-    monkeypatch.setattr(run_tasks, "work_through", lambda bench, order: _nothing(study.plan, order))
+    monkeypatch.setattr(clusters, "work_through", lambda bench, order: _nothing(study.plan, order))
     with pytest.raises(OutputError, match="No space left on device"):
         study.run(tmp_path / "store", threads=1)
     assert store.Store(tmp_path / "store", study.plan.layout, COUNT).done.tolist() == [True, True, False, False, False]
@@ -426,10 +424,10 @@ def test_a_cluster_gives_the_same_as_this_process(study, found, tmp_path):
     ):
         done = []
         advance = done.append
-        there = run_tasks.run(study.plan, tmp_path / "store", client=client, advance=advance)
+        there = clusters.run(study.plan, tmp_path / "store", client=client, advance=advance)
         assert there.identical(found)
         assert sum(done) == COUNT
-        assert run_tasks.run(study.plan, None, client=client).identical(found)
+        assert clusters.run(study.plan, None, client=client).identical(found)
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -452,7 +450,7 @@ def test_a_scheduler_that_is_lost_is_one_line_and_loses_nothing(study, tmp_path)
             raise OSError("Timed out trying to connect")
 
     with pytest.raises(clusters.ClusterError, match="run the same again"):
-        run_tasks.run(study.plan, tmp_path / "store", client=Lost())
+        clusters.run(study.plan, tmp_path / "store", client=Lost())
     assert not store.Store(tmp_path / "store", study.plan.layout, COUNT).done.any()
 
 

@@ -207,8 +207,8 @@ def test_pressures_that_show_nothing_change_nothing(log, sensor):
 
 
 def test_measured_pressures_find_a_leak_that_is_not_described(run, log):
-    leaky = replace(UNIT.others[0], leak_factor=2.5)
-    actual = replace(UNIT, others=(leaky, *UNIT.others[1:]))
+    leaky = replace(UNIT.extra[0], leak_factor=2.5)
+    actual = replace(UNIT, extra=(leaky, *UNIT.extra[1:]))
     real = simulate(actual, moves())
     seen = report(real, DriveReport(torque_noise=0.02, torque_step=0.005, speed_step=0.01))
     pressures = {name: real[name] for name in ("pressure_a", "pressure_b")}

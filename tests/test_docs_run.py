@@ -107,11 +107,7 @@ def test_the_shell_blocks_of_a_page_run(page, folder):
             assert alike("".join(said), block.shown), ("".join(said), block.shown)
 
 
-RUN_BY_NAME = {
-    "docs/how-to/python.md",
-    "docs/how-to/control.md",
-    "docs/how-to/mechanism.md",
-}
+RUN_BY_NAME = {"docs/how-to/python.md", "docs/how-to/control.md", "docs/how-to/mechanism.md"}
 """Pages whose Python test_docs.py and test_loader.py run, and look at what it leaves."""
 
 

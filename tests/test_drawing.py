@@ -228,7 +228,7 @@ def changed_units(draw):
     ends = st.lists(st.sampled_from(nodes), min_size=2, max_size=2, unique=True)
     kinds = draw(st.lists(st.tuples(st.sampled_from(sorted(MORE)), ends), min_size=1, max_size=4))
     more = [MORE[kind](f"more_{k}", *those) for k, (kind, those) in enumerate(kinds)]
-    return replace(built, others=(*built.others, *more))
+    return replace(built, extra=(*built.extra, *more))
 
 
 @settings(max_examples=60, deadline=None)
@@ -277,7 +277,7 @@ class Strange:
 def test_a_part_without_nodes_is_refused_by_its_name():
     built = unit_of("press", "ram")
     with pytest.raises(DescriptionError, match="strange: cannot be drawn"):
-        drawn(replace(built, others=(*built.others, Strange())))
+        drawn(replace(built, extra=(*built.extra, Strange())))
 
 
 def test_the_svg_has_a_group_for_each_part_and_each_node():

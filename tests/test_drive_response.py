@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ramsight.closed_loop.loop import UnitLoop
 from ramsight.closed_loop.loop_settings import LoopSettings
-from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.duty import DriveReport
 from ramsight.duty.drive_response import Delay, DriveResponse, Follower
 from ramsight.duty.live_drive import LiveDrive

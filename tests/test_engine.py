@@ -93,11 +93,7 @@ def test_steps_end_exactly_at_the_corners_of_the_input():
     start, end = np.array([0.0, 0.3, 0.7]), np.array([0.3, 0.7, 1.0])
     value, slope = np.array([[0.0], [1.0], [1.0]]), np.array([[0.0], [0.0], [-2.0]])
     run = integrate(
-        model,
-        np.zeros(1),
-        Segments(start, end, value, slope, np.zeros((1, 1))),
-        np.array([1.0]),
-        record_steps=True,
+        model, np.zeros(1), Segments(start, end, value, slope, np.zeros((1, 1))), np.array([1.0]), record_steps=True
     )
     assert set(end) <= set(run.step_time)
     assert run.state[-1, 0] == pytest.approx(0.4 + 0.3 - 0.3**2, abs=1e-12)

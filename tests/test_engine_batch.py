@@ -73,10 +73,7 @@ def test_runs_may_differ_in_corners_and_temperature():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "unit", "changes"),
-    [
-        ("mining-loader", "boom", {"drive.control": "servo", "oil.free_air": "0.5 %"}),
-        ("eha-single-rod", "axis", {}),
-    ],
+    [("mining-loader", "boom", {"drive.control": "servo", "oil.free_air": "0.5 %"}), ("eha-single-rod", "axis", {})],
 )
 def test_other_circuits_and_options_run_in_lanes_too(name, unit, changes):
     built = build(machine.load_machine(name).unit(unit).replace(changes), unit)

@@ -12,7 +12,7 @@ from ramsight.calibration.fit_report import map_with
 from ramsight.calibration.fit_track import MeasuredRun
 from ramsight.calibration.free_values import FreeValue, free_values, with_values
 from ramsight.logs.channel_map import load_map
-from ramsight.logs.sensor_curve import SensorCurve
+from ramsight.logs.mapped import SensorCurve
 
 RIG = machine.load_machine("eha-valve-rig")
 GIVE = "parts.hose_a.effective_bulk_modulus"

@@ -14,7 +14,7 @@ from ramsight.logs import read_log, write_log
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.thresholds import BRIDGED_GAP
 from ramsight.signals import Signal, Signals
-from ramsight.tracking.gaps import Gaps
+from ramsight.tracking.pieces import Gaps
 
 
 def track(time):

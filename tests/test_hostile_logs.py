@@ -14,10 +14,10 @@ import pytest
 import ramsight
 from ramsight.deploy.encoder.opcua import address_of
 from ramsight.errors import LogError, RamsightError
-from ramsight.logs import mcap_chunk, open_log, packed
+from ramsight.logs import mcap_content, open_log, packed
 from ramsight.logs.digits import decimal, is_digits, whole
 from ramsight.logs.inspect import inspect_log
-from ramsight.logs.mcap_chunk import unpacked_chunk
+from ramsight.logs.mcap_content import unpacked_chunk
 
 from .command import at_once
 
@@ -106,7 +106,7 @@ def test_a_chunk_beyond_the_limit_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setattr("ramsight.logs.source_mcap._LARGEST", 1 << 16)
     with pytest.raises(LogError, match=r"log\.mcap: is no MCAP file, or a damaged one: a chunk of [0-9]+ bytes"):
         read(path)
-    assert mcap_chunk.__doc__
+    assert mcap_content.__doc__
 
 
 def test_a_gzip_bomb_ends_at_a_stated_size(tmp_path, monkeypatch):

@@ -22,6 +22,7 @@ from ramsight.duty.commissioning_duty import commissioning, usual_loads
 from ramsight.logs import read_log, read_truth
 from ramsight.plant.build import build
 from ramsight.plant.ddh import build_ddh
+from ramsight.plant.unit import assuming
 from ramsight.plant.valve import SETTLED
 
 ROOT = Path(__file__).parent.parent
@@ -128,6 +129,18 @@ def test_pressures_in_the_truth_are_not_used(cycle):
     plain = identify(UNITS["boom"], log, run[["position"]])
     again = identify(UNITS["boom"], log, run)
     assert repr(again) == repr(plain)
+
+
+def test_sensors_of_pressure_that_a_unit_declares_change_nothing(cycle):
+    run, log = cycle
+    plain = UNITS["boom"]
+    declaring = assuming(plain, {"pressure.std": 1e5})
+    assert repr(identify(declaring, log, run)) == repr(identify(plain, log, run))
+
+
+def test_where_a_valve_meters_the_rod_the_values_of_parts_are_asked_for(cycle):
+    with pytest.raises(IdentifyError, match=r"a valve of unit 'axis' meters the rod.*identify_values"):
+        identify(build("eha-valve-rig", "axis"), cycle[1], cycle[0])
 
 
 def test_the_replay_closes_on_our_own_plant(cycle):

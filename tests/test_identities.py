@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from ramsight.plant.circuit import EXPANSION, TANK, WARMING, join
 from ramsight.plant.cylinder import friction_force
-from ramsight.plant.hose import Hose, stiffened_bulk_modulus
+from ramsight.plant.hose import Hose, drop_over_laminar, flow_over_laminar, stiffened_bulk_modulus
 from ramsight.plant.oil import ATMOSPHERE, T40, T100, aerated_bulk_modulus, thermal_density
-from ramsight.plant.pipe_friction import drop_over_laminar, flow_over_laminar
 from ramsight.plant.valve import orifice_flow
 
 from .plant_bench import (
@@ -37,7 +36,7 @@ IDENTITIES = {}
 KNOWN_FAILURES = {
     ("rates do not jump where something switches", "accumulator"): (
         "below its precharge the membrane lies on the ground: the give of the gas ends at once"
-    ),
+    )
 }
 
 

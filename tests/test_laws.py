@@ -12,9 +12,8 @@ from ramsight.plant.accumulator import gas_capacity
 from ramsight.plant.build import build
 from ramsight.plant.circuit import join
 from ramsight.plant.holding import Leaving
-from ramsight.plant.hose import Volume, laminar_resistance
+from ramsight.plant.hose import Volume, drop_over_laminar, laminar_resistance
 from ramsight.plant.oil import Oil, aerated_bulk_modulus, walther_constants
-from ramsight.plant.pipe_friction import drop_over_laminar
 from ramsight.plant.pump import friction_coefficient
 from ramsight.plant.valve import CheckValve, ReliefValve
 

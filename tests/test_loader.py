@@ -196,7 +196,7 @@ def test_the_pages_mechanism_is_the_catalogues_and_its_python_runs():
 def test_a_mechanism_is_drawn_to_scale(tmp_path, monkeypatch):
     from matplotlib.figure import Figure
 
-    from ramsight.drawing.mechanism.side_view import mechanism_figure
+    from film.side_view import mechanism_figure
     from ramsight.plant.linkage import joints, tip
 
     drawn, written = [], Figure.savefig

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from film.side_view import rock
 from ramsight import machine
 from ramsight.drawing.mechanism.bodies import shapes
-from ramsight.drawing.mechanism.bucket import DENSITY, WIDTH, bucket, rock
+from ramsight.drawing.mechanism.bucket import DENSITY, WIDTH, bucket
 from ramsight.plant.linkage import build_mechanism
 from reproduction.choices import direct_driven
 from reproduction.machine_drawings import hydraulics, pumps

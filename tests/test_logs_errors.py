@@ -54,12 +54,7 @@ def refusal(folder, data, name="log.csv", read=read_log):
             "motor_speed_rpm",
             ", line 3, column motor_speed_rpm: is not a number: '1_500'",
         ),
-        (
-            log_of(HEADER, "0,١,1,40"),
-            2,
-            "motor_speed_rpm",
-            ", line 2, column motor_speed_rpm: is not a number: '١'",
-        ),
+        (log_of(HEADER, "0,١,1,40"), 2, "motor_speed_rpm", ", line 2, column motor_speed_rpm: is not a number: '١'"),
         (
             log_of(HEADER, "0,1\0,1,40"),
             2,
@@ -67,20 +62,10 @@ def refusal(folder, data, name="log.csv", read=read_log):
             ", line 2, column motor_speed_rpm: is not a number: '1\\x00'",
         ),
         (log_of(HEADER, ",1,1,40", "nan,1,1,40"), None, None, ": has no time: not one sample has a number there"),
-        (
-            log_of(HEADER, ROWS[0], "0.02,1,40.1"),
-            3,
-            None,
-            ", line 3: has 3 cells where the header has 4",
-        ),
+        (log_of(HEADER, ROWS[0], "0.02,1,40.1"), 3, None, ", line 3: has 3 cells where the header has 4"),
         (log_of(HEADER, *ROWS, "0.06"), 5, None, ", line 5: has 1 cell where the header has 4"),
         (log_of(HEADER, ROWS[0] + ",7"), 2, None, ", line 2: has 5 cells where the header has 4"),
-        (
-            log_of(HEADER, "0,0,0", "0.02,1,1,40,7"),
-            2,
-            None,
-            ", line 2: has 3 cells where the header has 4",
-        ),
+        (log_of(HEADER, "0,0,0", "0.02,1,1,40,7"), 2, None, ", line 2: has 3 cells where the header has 4"),
         (log_of(HEADER, ROWS[0], " ", ROWS[1]), 3, None, ", line 3: is blank"),
         (
             log_of(HEADER + ",time_s", ROWS[0] + ",0"),
@@ -110,12 +95,7 @@ def refusal(folder, data, name="log.csv", read=read_log):
             None,
             ", line 1: is not UTF-16 text though it begins so",
         ),
-        (
-            gzip.compress(PLAIN, mtime=0),
-            None,
-            None,
-            ": is a gzip file; give it a name that ends in .csv.gz",
-        ),
+        (gzip.compress(PLAIN, mtime=0), None, None, ": is a gzip file; give it a name that ends in .csv.gz"),
         (
             log_of(HEADER.replace(",", ";"), "0,0;1,5;zwölf;40,1"),
             2,
@@ -205,9 +185,7 @@ def test_a_file_that_is_none_says_so(tmp_path):
 
 ALPHABET = b'0123456789.,;-+eE_"\n\r\t nainf\x00\x0b\x1c\x85\xff\xe2\x80\xa8'
 EDIT = st.tuples(
-    st.integers(0, 400),
-    st.integers(0, 3),
-    st.binary(max_size=3) | st.sampled_from([bytes([b]) for b in ALPHABET]),
+    st.integers(0, 400), st.integers(0, 3), st.binary(max_size=3) | st.sampled_from([bytes([b]) for b in ALPHABET])
 )
 
 

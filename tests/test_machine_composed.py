@@ -21,12 +21,7 @@ from ramsight.plant.unit import side_nodes
 
 from .command import at_once
 
-MACHINES = [
-    ("eha-test-bench", "axis"),
-    ("eha-single-rod", "axis"),
-    ("press", "ram"),
-    ("forklift-mast", "lift"),
-]
+MACHINES = [("eha-test-bench", "axis"), ("eha-single-rod", "axis"), ("press", "ram"), ("forklift-mast", "lift")]
 BUILT = {name: build(machine.load_machine(name).unit(unit), unit) for name, unit in MACHINES}
 
 

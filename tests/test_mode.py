@@ -62,12 +62,7 @@ def test_a_missing_condition_is_an_error():
 def test_the_page_has_the_table():
     page = (DOCS / "explanation" / "contacts.md").read_text()
     rows = re.findall(r"^\| \d+ \| (.*?) \| (.*?) \| (.*?) \|$", page, re.MULTILINE)
-    groups = {
-        (*FREE, *HELD, Mode.LEAVING): "any",
-        (*FREE, Mode.LEAVING): "free, `LEAVING`",
-        HELD: "held",
-        FREE: "free",
-    }
+    groups = {(*FREE, *HELD, Mode.LEAVING): "any", (*FREE, Mode.LEAVING): "free, `LEAVING`", HELD: "held", FREE: "free"}
     expected = [
         (groups.get(row.before) or ", ".join(f"`{m.name}`" for m in row.before), row.when, f"`{row.after.name}`")
         for row in TRANSITIONS

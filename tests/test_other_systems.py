@@ -14,7 +14,7 @@ from ramsight.engine import object_code, recursion
 from ramsight.errors import OutputError
 from ramsight.logs import proposal
 from ramsight.machine import load_machine, template
-from ramsight.output.drafts import draft_of
+from ramsight.output.atomic import draft_of
 from ramsight.output.exclusive import Exclusive, HeldError
 from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.kalman import kalman
@@ -39,7 +39,7 @@ MAIN_PATHS = """
 from pathlib import Path
 import ramsight
 from ramsight import system
-from ramsight.engine.cache_folder import cache_directory
+from ramsight.engine.private_folder import cache_directory
 from ramsight.output.exclusive import Exclusive, HeldError
 from ramsight.machine import load_machine
 from ramsight.plant.ddh import build_ddh

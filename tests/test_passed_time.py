@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ramsight.tracking.passed_time import PassedTime
+from ramsight.tracking.availability import PassedTime
 
 NAN, INF = math.nan, math.inf
 

@@ -42,14 +42,7 @@ def radau(model, initial, segments, times):
 
         wanted = times[(times >= start) & (times < end)]
         solved = solve_ivp(
-            rhs,
-            (start, end),
-            state,
-            method="Radau",
-            rtol=1e-10,
-            atol=atol,
-            jac=jac,
-            t_eval=np.append(wanted, end),
+            rhs, (start, end), state, method="Radau", rtol=1e-10, atol=atol, jac=jac, t_eval=np.append(wanted, end)
         )
         assert solved.success
         rows.append(solved.y[:, :-1].T)
@@ -133,10 +126,7 @@ def like_the_trace(case, *, atmosphere=True):
         cylinder = unit.cylinder
         load = load - unit.lift_sign * ATMOSPHERE * (cylinder.area_a - cylinder.area_b)
     duty = Duty(
-        Profile(corners, rpm * np.pi / 30),
-        Profile(at, load),
-        constant(duty_of["temp_c"] + 273.15),
-        duty_of["x0"],
+        Profile(corners, rpm * np.pi / 30), Profile(at, load), constant(duty_of["temp_c"] + 273.15), duty_of["x0"]
     )
     run = simulate(unit, duty)
     truth = read_truth(case.truth)
@@ -223,11 +213,7 @@ def test_friction_of_a_sliding_piston_is_the_law_without_its_hump(shares, scale,
     assert sliding_friction(speed, 3000.0, 17000.0) == pytest.approx(whole, rel=1e-9)
 
 
-@given(
-    speed=st.floats(-400.0, 400.0),
-    rise=st.floats(-250e5, 250e5),
-    viscosity=st.floats(5e-6, 1e-3),
-)
+@given(speed=st.floats(-400.0, 400.0), rise=st.floats(-250e5, 250e5), viscosity=st.floats(5e-6, 1e-3))
 def test_a_pump_never_creates_power(speed, rise, viscosity):
     pump = UNITS["boom"].a.pump
     shaft = float(pump.torque(speed, rise)) * speed

@@ -106,19 +106,7 @@ def test_pump_coefficients(units, unit, pump, leak, friction):
 def test_viscosity_follows_walther(units):
     oil = units["boom"].oil
     assert (oil.walther_a, oil.walther_b) == pytest.approx((8.70022, 3.41377), rel=1e-5)
-    table = {
-        -20: 1350,
-        -10: 552,
-        0: 259,
-        10: 136,
-        20: 78.2,
-        30: 48.5,
-        40: 32.0,
-        50: 22.2,
-        60: 16.1,
-        80: 9.4,
-        100: 6.1,
-    }
+    table = {-20: 1350, -10: 552, 0: 259, 10: 136, 20: 78.2, 30: 48.5, 40: 32.0, 50: 22.2, 60: 16.1, 80: 9.4, 100: 6.1}
     for celsius, viscosity in table.items():
         assert 1e6 * oil.viscosity(celsius + 273.15) == pytest.approx(viscosity, rel=6e-3)
 

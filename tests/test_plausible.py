@@ -71,11 +71,7 @@ WRONG = {
     "time in ms": ({"time": lambda v: v * 1e3}, "time_s", "ms"),
     "time in us": ({"time": lambda v: v * 1e6}, "time_s", "us"),
     "time in s taken for ms": ({"time": lambda v: v * 1e-3}, "time_s", "1000 times larger"),
-    "torque with the other sign": (
-        {"motor_torque": lambda v: -v},
-        "motor_torque_nm",
-        "sign of speed or torque",
-    ),
+    "torque with the other sign": ({"motor_torque": lambda v: -v}, "motor_torque_nm", "sign of speed or torque"),
     "speed with the other sign": ({"motor_speed": lambda v: -v}, "motor_torque_nm", "sign of speed or torque"),
     "both with the other sign": (
         {"motor_torque": lambda v: -v, "motor_speed": lambda v: -v},

@@ -10,7 +10,7 @@ import pytest
 from ramsight.control.repeats import repeats, repeats_in_a_row, runs, runs_of, upper_share
 from ramsight.control.speed_repeats import look, nothing_learned
 from ramsight.control.thresholds import FALSE_ALARM_RATE
-from ramsight.engine.live_recursion import Live, recursion_of
+from ramsight.engine.recursion import Live, recursion_of
 from ramsight.engine.typed_state import leaf, symbols
 from ramsight.expression import Flag, Scalar, flag
 

@@ -15,10 +15,9 @@ from ramsight.machine.requirement_description import Requirement
 from ramsight.sensor.contacts.mode import Mode
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.study.commissioning import requirement_finding
+from ramsight.study.commissioning import sensor_checks
 from ramsight.study.commissioning.finding import Verdict
-from ramsight.study.datasheet.mending import MEASURES, mending
-from ramsight.study.datasheet.sheet_requirement import SheetRequirement
+from ramsight.study.datasheet.sheet_requirement import MEASURES, SheetRequirement, mending
 from ramsight.tracking.requirement_check import require
 
 from .command import at_once
@@ -105,13 +104,11 @@ def test_a_requirement_for_some_time_after_a_reference_counts_no_later_errors():
 
 def test_a_band_wider_than_required_is_worth_a_second_look_though_the_errors_are_within():
     track = track_of(np.full(100, 10e-3), error=1e-3)
-    found = requirement_finding.requirement(track, Requirement(error=5e-3), STROKE)
+    found = sensor_checks.requirement(track, Requirement(error=5e-3), STROKE)
     assert found.verdict is Verdict.LOOK_TWICE
-    blind = requirement_finding.requirement(
-        track.drop_vars("error"), Requirement(error=5e-3), STROKE, lambda: ["a way"]
-    )
+    blind = sensor_checks.requirement(track.drop_vars("error"), Requirement(error=5e-3), STROKE, lambda: ["a way"])
     assert (blind.verdict, blind.remedy) == (Verdict.FAILED, "a way")
-    assert requirement_finding.requirement(track, None, STROKE).verdict is Verdict.OPEN
+    assert sensor_checks.requirement(track, None, STROKE).verdict is Verdict.OPEN
 
 
 def test_a_description_states_it_and_an_argument_takes_its_place():

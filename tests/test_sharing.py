@@ -65,20 +65,13 @@ def test_offsets_and_gains_as_they_are_declared_raise_nothing():
     """Five hours of thirty machines."""
     for seed in range(30):
         oil, voltage = np.random.default_rng([seed, 9]).standard_normal(2)
-        drawn = {
-            "oil": OIL.allowed.offset * oil - 1.5,
-            "voltage": (1.0 + VOLTAGE.allowed.gain * voltage) / 1.007,
-        }
+        drawn = {"oil": OIL.allowed.offset * oil - 1.5, "voltage": (1.0 + VOLTAGE.allowed.gain * voltage) / 1.007}
         assert said(seed, **drawn).alerts == []
 
 
 @pytest.mark.parametrize(
     ("name", "wrong"),
-    [
-        ("oil_temperature", {"oil": 20.0}),
-        ("oil_temperature", {"oil": -20.0}),
-        ("dc_voltage", {"voltage": 1.15}),
-    ],
+    [("oil_temperature", {"oil": 20.0}), ("oil_temperature", {"oil": -20.0}), ("dc_voltage", {"voltage": 1.15})],
 )
 def test_what_is_wrong_is_named_and_nothing_else(name, wrong):
     found = said(1, **wrong)

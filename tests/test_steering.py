@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ramsight.closed_loop.loop import UnitLoop
 from ramsight.closed_loop.loop_settings import LoopSettings
 from ramsight.closed_loop.planning import Knowledge, Leg, Visit, due, expected, plan
-from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.control.activity import Activity
 from ramsight.control.actuation import Actuation
 from ramsight.control.orders import Reason

@@ -35,10 +35,9 @@ from ramsight.errors import DescriptionError, RamsightError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.studio import draft
-from ramsight.studio.circuit_menu import circuit_menu
-from ramsight.studio.energy import flows
 from ramsight.studio.guard import Guard
 from ramsight.studio.knobs import FAULTS, KNOBS, LIE, Knobs
+from ramsight.studio.machine_page import circuit_menu
 from ramsight.studio.playing import DUTIES, ENDS
 from ramsight.studio.rig import Rig
 from ramsight.studio.session import STANDS, Session
@@ -46,7 +45,7 @@ from ramsight.studio.setting import catalogue_name, query_of, read_setting, with
 from ramsight.studio.thinning import keep, kept, thinned
 from ramsight.studio.uploaded_log import NOWHERE, Asked, find_factors, find_leak, judge, propose, references, track
 from ramsight.studio.visitors import Visitors
-from ramsight.studio.worker import _ALIVE
+from ramsight.studio.worker import _ALIVE, flows
 
 from .waiting import wait_for
 
@@ -595,9 +594,9 @@ def served_with_patience(monkeypatch):
     """A server behind the guard that waits for half a second; gives its port."""
     uvicorn = pytest.importorskip("uvicorn")
     from ramsight.studio import guard as guards
-    from ramsight.studio import half_requests
+    from ramsight.studio import web_server
 
-    monkeypatch.setattr(half_requests, "PATIENCE", 0.5)
+    monkeypatch.setattr(web_server, "PATIENCE", 0.5)
     monkeypatch.setattr(guards, "BODY_WITHIN", 0.5)
 
     async def app(scope, receive, send):
@@ -608,7 +607,7 @@ def served_with_patience(monkeypatch):
         await send({"type": "http.response.body", "body": b"ok"})
 
     config = uvicorn.Config(
-        Guard(app, None, 100), port=0, http=half_requests.ClosingProtocol, log_level="critical", lifespan="off"
+        Guard(app, None, 100), port=0, http=web_server.ClosingProtocol, log_level="critical", lifespan="off"
     )
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, daemon=True)

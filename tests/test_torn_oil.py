@@ -11,9 +11,8 @@ from ramsight.deploy.fmu_model import plant_model
 from ramsight.duty.dry import refuse_dry
 from ramsight.engine.equation import OdeModel, State
 from ramsight.plant.build import build
-from ramsight.plant.machine_tables import machine_summary
+from ramsight.plant.machine_tables import check_reservoir, machine_summary
 from ramsight.plant.oil import DRY, held_share, torn_capacity, torn_volume
-from ramsight.plant.reservoir import check_reservoir
 from ramsight.plant.unit import circuit
 from tests.command import as_command, at_once
 
@@ -108,7 +107,7 @@ def test_the_range_that_is_named_is_allowed_and_just_below_it_is_not():
 
 def test_an_accumulator_of_a_circuit_with_a_tank_may_be_stronger_than_it():
     from ramsight.plant.accumulator import Accumulator
-    from ramsight.plant.reservoir import _draws_from_tank
+    from ramsight.plant.machine_tables import _draws_from_tank
 
     unit = build(ramsight.load_machine("loader-valve-controlled"), "boom")
     assert not any(isinstance(part, Accumulator) for part in unit.parts())

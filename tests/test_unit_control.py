@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from ramsight.closed_loop.loop import UnitLoop
 from ramsight.closed_loop.loop_settings import LoopSettings
-from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.control.activity import Activity
 from ramsight.control.position import PositionControl
 from ramsight.control.thresholds import STOPPING_TIME
@@ -128,7 +128,7 @@ def _held_nodes(unit):
 
 def test_all_that_lets_oil_out_counts_but_relief_valves_that_have_opened():
     plain = Leaving(RAM, "a").flow(100e5, WARM)
-    across = replace(RAM, others=(*RAM.others, Orifice("short", "port_a", "tank", 3e-9)))
+    across = replace(RAM, extra=(*RAM.extra, Orifice("short", "port_a", "tank", 3e-9)))
     assert Leaving(across, "a").flow(100e5, WARM) - plain == pytest.approx(3e-9 * math.sqrt(100e5), rel=1e-3)
     seals = replace(RAM, cylinder=replace(RAM.cylinder, seal_leak=5e-18))
     assert Leaving(seals, "a").flow(100e5, WARM) > plain

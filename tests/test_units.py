@@ -67,8 +67,7 @@ def test_what_engineers_write_becomes_si(text, unit, si):
 
 
 @pytest.mark.parametrize(
-    ("text", "si"),
-    [("127 mm", 0.127), ("0.3 l", 0.0003), ("250 bar", 25e6), ("4 bar", 4e5), ("79.4 mm", 0.0794)],
+    ("text", "si"), [("127 mm", 0.127), ("0.3 l", 0.0003), ("250 bar", 25e6), ("4 bar", 4e5), ("79.4 mm", 0.0794)]
 )
 def test_usual_values_are_exact_to_the_last_digit(text, si):
     assert units.parse(text, {"mm": "m", "l": "m3", "bar": "Pa"}[text.split()[1]]) == si

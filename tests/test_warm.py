@@ -15,7 +15,7 @@ import ramsight
 from ramsight.calibration.sensors import sensor_for
 from ramsight.duty.simulate import audited_circuit
 from ramsight.engine import kept
-from ramsight.engine.cache_folder import cache_directory
+from ramsight.engine.private_folder import cache_directory
 from ramsight.machine import catalogue
 from ramsight.plant.kept_circuit import kept_circuit
 

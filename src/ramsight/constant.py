@@ -10,7 +10,6 @@ class Constant(float):
 
     Args:
         value: the number, in SI units.
-        unit: of it.
         reason: the derivation, the declared noise, the stated probability or the source that it follows from.
 
     Example:

@@ -39,9 +39,6 @@ def one_line(text: object) -> str:
 def printable(text: object) -> str:
     r"""A text of some lines with every other control character escaped.
 
-    Args:
-        text: the lines.
-
     Example:
         >>> printable("one\ntwo\x1b[2J")
         'one\ntwo\\x1b[2J'

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ramsight.arrays import Bools
 
 
-def true_intervals(holds: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def true_intervals(holds: Bools) -> list[tuple[int, int]]:
     """First sample of each interval over which a condition holds, and the sample after its last.
 
     Args:

@@ -9,10 +9,7 @@ class Format(NamedTuple):
     """A kind of log.
 
     Attributes:
-        name: in texts.
-        suffixes: of its files.
         module: of `ramsight.logs`, that reads it.
-        source: the class there.
     """
 
     name: str

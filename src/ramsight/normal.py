@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ramsight.arrays import Array
 
 TWO_SIDED_95 = 1.959964
 """Half the width of the interval that holds 95 % of the distribution."""
@@ -15,7 +16,7 @@ ONE_SIDED_95 = 1.644854
 _ERFC = np.frompyfunc(math.erfc, 1, 1)
 
 
-def upper_tail(size: NDArray[np.float64]) -> NDArray[np.float64]:
+def upper_tail(size: Array) -> Array:
     """Probability of more than so many standard deviations to one side.
 
     Example:

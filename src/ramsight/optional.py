@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from types import ModuleType
+from typing import Any
 
 from ramsight.errors import MissingPackageError
 
@@ -50,6 +51,19 @@ def imported(package: str, extra: str, refused: Callable[[str], Exception]) -> M
         return importlib.import_module(package)
     except ImportError:
         raise refused(_needed(package, extra)) from None
+
+
+def needs(package: str, extra: str) -> Any:
+    """A package without types that a study needs.
+
+    Raises:
+        MissingPackageError: it is not installed; the text states how to.
+
+    Example:
+        >>> needs("math", "study").pi > 3.0
+        True
+    """
+    return imported(package, extra, lambda text: MissingPackageError(f"a study {text}"))
 
 
 @contextmanager

@@ -12,10 +12,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Bools
 from ramsight.optional import needing
 
 if TYPE_CHECKING:
-    import xarray
+    from xarray import Dataset as Dataset
+else:
+    Dataset = Any  # for annotations: what makes one imports xarray
 
 TIME = "time"
 
@@ -81,13 +84,13 @@ class Signals:
         """The same with other values in some columns."""
         return replace(self, columns={**self.columns, **{k: replace(self[k], values=v) for k, v in values.items()}})
 
-    def rows(self, which: slice | Sequence[int] | NDArray[np.bool_] | NDArray[np.intp]) -> Signals:
+    def rows(self, which: slice | Sequence[int] | Bools | NDArray[np.intp]) -> Signals:
         """The same columns with the samples that were chosen, by a slice, their places or a mask."""
         return replace(
             self, columns={name: replace(one, values=one.values[which]) for name, one in self.columns.items()}
         )
 
-    def dataset(self) -> xarray.Dataset:
+    def dataset(self) -> Dataset:
         """As a Dataset over `time`."""
         with needing("datasets"):
             import xarray
@@ -97,7 +100,7 @@ class Signals:
         return xarray.Dataset(data, coords=coords, attrs=dict(self.attrs))
 
 
-Samples: TypeAlias = "Signals | xarray.Dataset"
+Samples: TypeAlias = "Signals | Dataset"
 """What has columns over `time`: `samples[name].values`."""
 
 

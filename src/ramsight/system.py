@@ -28,9 +28,6 @@ def lock(path: Path) -> Lock:
     On POSIX the file itself is locked (`posix.Lock`). Windows keeps others from reading what is locked there, so it is
     a file beside it, ``boom.state.lock``.
 
-    Args:
-        path: the file.
-
     Raises:
         BlockingIOError: another program has it, or another object of this one.
         OSError: it cannot be locked.

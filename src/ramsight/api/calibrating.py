@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ramsight.api.arguments import log_argument, truth_argument
 from ramsight.argument_kinds import by_kind
@@ -28,18 +27,15 @@ from ramsight.machine.description import Composed
 from ramsight.optional import check_extra
 from ramsight.plant.build import AnyUnit, build
 from ramsight.progress import advancing
-from ramsight.tracking.credible import credible_run
-from ramsight.tracking.true_position import known_position
+from ramsight.signals import Dataset
+from ramsight.tracking.credible import credible_run, known_position
 from ramsight.tracking.watched import watched
-
-if TYPE_CHECKING:
-    import xarray
 
 
 @by_kind
 def leak_test(
     machine: AnyUnit,
-    log: str | Path | xarray.Dataset,
+    log: str | Path | Dataset,
     *,
     unit: str | None = None,
     channel_map: ChannelMap | str | Path | None = None,
@@ -80,8 +76,8 @@ def leak_test(
 @by_kind
 def identify(
     machine: AnyUnit,
-    log: str | Path | xarray.Dataset,
-    truth: str | Path | xarray.Dataset | None = None,
+    log: str | Path | Dataset,
+    truth: str | Path | Dataset | None = None,
     *,
     unit: str | None = None,
     channel_map: ChannelMap | str | Path | None = None,
@@ -178,7 +174,7 @@ def identify_values(
         return fit_track(described, name, read, free_values(parts), advance=advance)
 
 
-def _recorded(log: str | Path | xarray.Dataset, channel_map: ChannelMap | str | Path | None) -> xarray.Dataset:
+def _recorded(log: str | Path | Dataset, channel_map: ChannelMap | str | Path | None) -> Dataset:
     """The log, without faults where it is a file."""
     return log_argument(log, channel_map, strict=True)  # type: ignore[no-any-return]
 

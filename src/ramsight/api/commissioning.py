@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -31,20 +31,18 @@ from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import advancing
 from ramsight.sensor.inputs.sample import declared_inputs
+from ramsight.signals import Dataset
 from ramsight.study.commissioning.changes import changed, changes
 from ramsight.study.commissioning.commissioning_page import Channel, commissioning_page
 from ramsight.study.commissioning.finding import Verdict
 from ramsight.study.commissioning.kept_values import Kept, Measured, kept_of, measured, over, read_kept
 from ramsight.study.commissioning.walk import STEPS, Commissioning, walk
-from ramsight.study.datasheet.mending import mending
+from ramsight.study.datasheet.sheet_requirement import mending
 from ramsight.study.datasheet.studied_duties import Work
 from ramsight.study.datasheet.study_plan import plan
+from ramsight.tracking.credible import known_position
 from ramsight.tracking.position_errors import ComparisonError
-from ramsight.tracking.true_position import known_position
 from ramsight.units import format_si
-
-if TYPE_CHECKING:
-    import xarray
 
 _DAY, _VISIT_EVERY = 360.0, 45.0  # s, of the work day whose sensitivities are looked at
 _RATED = {"torque": "N m", "speed": "rpm", "dc_current": "A"}  # units in which 100 % is shown
@@ -53,8 +51,8 @@ _RATED = {"torque": "N m", "speed": "rpm", "dc_current": "A"}  # units in which 
 @by_kind
 def commission(
     machine: AnyUnit,
-    log: str | Path | xarray.Dataset,
-    truth: str | Path | xarray.Dataset | None = None,
+    log: str | Path | Dataset,
+    truth: str | Path | Dataset | None = None,
     *,
     unit: str | None = None,
     channel_map: AnyMap | None = None,
@@ -131,7 +129,7 @@ def commission(
     if true is not None:
         _check_common(recorded, true)
 
-    def track_of(recorded_log: xarray.Dataset) -> xarray.Dataset:
+    def track_of(recorded_log: Dataset) -> Dataset:
         return track(built, recorded_log, truth=true)
 
     with advancing(STEPS, "commissioning", shown=progress) as advance:
@@ -330,7 +328,7 @@ def _sha256(path: Any) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def _check_common(log: xarray.Dataset, truth: xarray.Dataset) -> None:
+def _check_common(log: Dataset, truth: Dataset) -> None:
     time, known = log["time"].values, truth["time"].values
     if np.nanmax(time) < known[0] or np.nanmin(time) > known[-1]:
         raise ComparisonError(

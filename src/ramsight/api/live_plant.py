@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,10 +22,8 @@ from ramsight.logs.channels import column_of
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.circuit import COMMANDED, command_of
+from ramsight.signals import Dataset
 from ramsight.units import argument, format_si
-
-if TYPE_CHECKING:
-    import xarray
 
 Quantity = float | str
 _START = 0.3  # of the stroke
@@ -179,9 +176,9 @@ class LivePlant:
             self._report()
         return self.now
 
-    def run(self) -> xarray.Dataset:
+    def run(self) -> Dataset:
         """All samples so far, as `simulate` returns them, for `plot` and as a `truth`: over `time` [s], in SI."""
-        from ramsight.output.shown_dataset import ShownDataset
+        from ramsight.output.notebook import ShownDataset
 
         columns = {name: np.array([getattr(one, name) for one in self._seen]) for name in _UNITS}
         data = {name: ("time", columns[name], {"units": si}) for name, si in _UNITS.items() if name != "time"}

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
-from typing import TYPE_CHECKING
 
 from ramsight.api.arguments import checked
 from ramsight.argument_kinds import by_kind
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
+from ramsight.signals import Dataset
 from ramsight.units import as_float, is_real, name_of, parse
-
-if TYPE_CHECKING:
-    import xarray
 
 Quantity = float | str
 _INPUTS = (("time", "s"), ("motor_speed", "rad/s"), ("motor_torque", "N m"), ("oil_temperature", "K"))
@@ -101,7 +98,7 @@ class Sensor(VirtualSensor):
         return super().says(output)
 
     @by_kind
-    def track(self, log: xarray.Dataset, *, advance: Callable[[int], object] | None = None) -> xarray.Dataset:
+    def track(self, log: Dataset, *, advance: Callable[[int], object] | None = None) -> Dataset:
         """Go through a drive log, from the position passed to `start`.
 
         Args:

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 from ramsight.argument_kinds import by_kind
 from ramsight.errors import DescriptionError, UnknownNameError, one_line
 from ramsight.output import check_figure
+from ramsight.signals import Dataset
 from ramsight.tracking.figures import LOOKS, SCREEN, Look, draw_run, draw_track, run_title, save
 from ramsight.tracking.sweep_figure import draw_sweep
 from ramsight.units import argument
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.figure import Figure
 
 
 @by_kind
 def plot(
-    dataset: xarray.Dataset,
+    dataset: Dataset,
     path: str | Path | None = None,
     *,
     title: str | None = None,

@@ -6,8 +6,8 @@ from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.build import required
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.signals import Samples, Signals
-from ramsight.tracking.compared_track import with_error
 from ramsight.tracking.pieces import Pieces
+from ramsight.tracking.position_errors import with_error
 from ramsight.tracking.requirement_check import RequirementCheck, require
 from ramsight.units import argument, format_si
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import assuming
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.signals import Dataset
 from ramsight.tracking.comparing import (
     ALERTS,
     LONGEST_ALERT,
@@ -33,9 +34,6 @@ from ramsight.tracking.comparing import (
 )
 from ramsight.units import argument, format_si
 
-if TYPE_CHECKING:
-    import xarray
-
 
 @dataclass(frozen=True)
 class Compared:
@@ -46,7 +44,7 @@ class Compared:
         drift: of the other sensor.
     """
 
-    track: xarray.Dataset
+    track: Dataset
     drift: Drift
 
     @property
@@ -89,8 +87,8 @@ class Compared:
 @by_kind
 def compare(
     machine: AnyUnit,
-    log: str | Path | xarray.Dataset,
-    other: str | Path | xarray.Dataset,
+    log: str | Path | Dataset,
+    other: str | Path | Dataset,
     *,
     unit: str | None = None,
     tolerance: Quantity = TOLERANCE,

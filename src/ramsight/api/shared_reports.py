@@ -4,23 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ramsight.api.arguments import checked
 from ramsight.argument_kinds import by_kind
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError, LogError
 from ramsight.intervals import true_intervals
 from ramsight.logs.channels import DC_VOLTAGE, OIL_TEMPERATURE
 from ramsight.optional import needing
+from ramsight.signals import Dataset
 from ramsight.tracking.sharing import OIL, SHARED, VOLTAGE, Agreement, Allowed, Shared
-
-if TYPE_CHECKING:
-    import xarray
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -33,9 +28,9 @@ class SharedChecks:
         first, second: both logs; where a thermometer reports nothing, `oil_temperature` is the other unit's.
     """
 
-    checks: xarray.Dataset
-    first: xarray.Dataset
-    second: xarray.Dataset
+    checks: Dataset
+    first: Dataset
+    second: Dataset
 
     @property
     def looked_at(self) -> list[Shared]:
@@ -65,9 +60,7 @@ class SharedChecks:
 
 
 @by_kind
-def check_shared(
-    first: xarray.Dataset, second: xarray.Dataset, *, allowed: Mapping[str, Allowed] | None = None
-) -> SharedChecks:
+def check_shared(first: Dataset, second: Dataset, *, allowed: Mapping[str, Allowed] | None = None) -> SharedChecks:
     """Hold against each other what the drives of two units say of their common oil and voltage.
 
     What both logs have is looked at: `oil_temperature` [K] and `dc_voltage` [V]. The logs have one clock.
@@ -125,7 +118,7 @@ def check_shared(
     return SharedChecks(checks, _filled(one, two), _filled(two, one))
 
 
-def _pairs(one: xarray.Dataset, two: xarray.Dataset) -> dict[Shared, tuple[Array, Array]]:
+def _pairs(one: Dataset, two: Dataset) -> dict[Shared, tuple[Array, Array]]:
     """What both say of each quantity, at the first log's times."""
     time = one["time"].values
     found = {}
@@ -135,13 +128,13 @@ def _pairs(one: xarray.Dataset, two: xarray.Dataset) -> dict[Shared, tuple[Array
     return found
 
 
-def _at(time: Array, log: xarray.Dataset, values: Array) -> Array:
+def _at(time: Array, log: Dataset, values: Array) -> Array:
     """Values of a log at other times; NaN beyond its own, and beside a value that is none."""
     own = np.asarray(log["time"].values, float)
     return np.asarray(np.interp(time, own, np.asarray(values, float), left=np.nan, right=np.nan))
 
 
-def _filled(log: xarray.Dataset, other: xarray.Dataset) -> xarray.Dataset:
+def _filled(log: Dataset, other: Dataset) -> Dataset:
     """A log with the other's temperature where it has none."""
     name = OIL_TEMPERATURE.name
     if name not in other:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ramsight.api.arguments import checked
 from ramsight.api.duties import TEMPERATURE, Loads, Quantity, duty_for
@@ -23,10 +22,8 @@ from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.kept_circuit import kept_circuit
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import advancing
+from ramsight.signals import Dataset
 from ramsight.units import argument
-
-if TYPE_CHECKING:
-    import xarray
 
 
 @by_kind
@@ -50,7 +47,7 @@ def simulate(
     sample_period: Quantity = SAMPLE_PERIOD,
     rtol: float = DEFAULT_RTOL,
     progress: bool = False,
-) -> xarray.Dataset:
+) -> Dataset:
     """Simulate a unit, through a duty of its own or through one that has a name.
 
     Args:
@@ -137,7 +134,7 @@ def recorded(
 
 @by_kind
 def drive_report(
-    run: xarray.Dataset,
+    run: Dataset,
     machine: AnyUnit | None = None,
     *,
     unit: str | None = None,
@@ -150,7 +147,7 @@ def drive_report(
     torque_gain: Quantity = 1.0,
     temperature_offset: Quantity = "0 K",
     magnets: Magnets | None = None,
-) -> xarray.Dataset:
+) -> Dataset:
     """What a drive logs of a simulated run: sampled, in steps, with noise, and off if it is to be.
 
     Args:

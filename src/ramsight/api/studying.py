@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ramsight.api.requirements import required_unit
 from ramsight.argument_kinds import by_kind, whole_argument
@@ -16,18 +16,15 @@ from ramsight.machine.requirement_description import DAY, Requirement
 from ramsight.optional import check_extra
 from ramsight.plant.build import build
 from ramsight.progress import advancing
+from ramsight.signals import Dataset
 from ramsight.study.datasheet.budget import Budget, budget, check_base
-from ramsight.study.datasheet.mending import mending
+from ramsight.study.datasheet.cluster import run
 from ramsight.study.datasheet.recorded_check import held_against
-from ramsight.study.datasheet.run_tasks import run
 from ramsight.study.datasheet.sheet import Sheet, data_sheet
-from ramsight.study.datasheet.sheet_requirement import SheetRequirement, required
+from ramsight.study.datasheet.sheet_requirement import SheetRequirement, mending, required
 from ramsight.study.datasheet.studied_duties import Work
 from ramsight.study.datasheet.study_plan import plan
 from ramsight.units import argument
-
-if TYPE_CHECKING:
-    import xarray
 
 Quantity = float | str
 _MOST = 10_000_000  # machines
@@ -113,13 +110,7 @@ class Study:
         work = Work(
             str(duty),
             argument(duration, "s", "duration", least="10 s", most="24 h"),
-            argument(
-                visits,
-                "s",
-                "visit_every",
-                least="5 s",
-                most="24 h",
-            ),
+            argument(visits, "s", "visit_every", least="5 s", most="24 h"),
         )
         self.plan = plan(
             self.machine,
@@ -149,7 +140,7 @@ class Study:
     @by_kind
     def run(
         self, store: str | Path | None = None, client: Any = None, *, threads: int | None = None, progress: bool = False
-    ) -> xarray.Dataset:
+    ) -> Dataset:
         """Run the machines that are not done yet.
 
         Args:
@@ -201,7 +192,7 @@ class Study:
     @by_kind
     def sensitivities(
         self, base: int = 64, store: str | Path | None = None, client: Any = None, *, progress: bool = False
-    ) -> xarray.Dataset:
+    ) -> Dataset:
         """The error budget as a Dataset; arguments as `budget`'s.
 
         Returns:
@@ -212,10 +203,7 @@ class Study:
 
     @by_kind
     def datasheet(
-        self,
-        found: xarray.Dataset,
-        budget: Budget | None = None,
-        recorded: Sequence[tuple[str | Path, str | Path]] = (),
+        self, found: Dataset, budget: Budget | None = None, recorded: Sequence[tuple[str | Path, str | Path]] = ()
     ) -> Sheet:
         """What the machines say of the sensor.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,12 +16,10 @@ from ramsight.optional import check_extra
 from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import assuming
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.signals import Dataset
 from ramsight.tracking.channel_tolerance import Asked, Channels, DerivedTolerance, derive, stated_std
 from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.units import argument, format_si
-
-if TYPE_CHECKING:
-    import xarray
 
 _HOUR = 3600.0
 
@@ -89,7 +86,7 @@ def _instead(found: DerivedTolerance, errors: str) -> list[str]:
 @by_kind
 def derive_tolerance(
     machine: AnyUnit,
-    log: str | Path | xarray.Dataset,
+    log: str | Path | Dataset,
     *,
     dc: str | float,
     false_alarms: str | float,

@@ -25,17 +25,15 @@ from ramsight.progress import progress as progress_bar
 from ramsight.sensor.inputs.sample import REPORTED
 from ramsight.sensor.persistence import StateFile, said
 from ramsight.sensor.thresholds import START_STD
-from ramsight.signals import Signals
+from ramsight.signals import Dataset, Signals
 from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
-from ramsight.tracking.compared_track import judged
+from ramsight.tracking.credible import known_position
 from ramsight.tracking.pieces import TABLE, Pieces, track_pieces
-from ramsight.tracking.true_position import known_position
+from ramsight.tracking.position_errors import judged
 from ramsight.tracking.watched import Watch, contradicted
 from ramsight.units import argument, format_si
 
 if TYPE_CHECKING:
-    import xarray
-
     from ramsight.hindsight.looking_back import LookedBack
     from ramsight.sensor.virtual_sensor import VirtualSensor
 
@@ -81,9 +79,9 @@ def _kind(kind: str | Path) -> str:
 @by_kind
 def track(
     machine: AnyUnit,
-    log: str | Path | xarray.Dataset | Iterable[xarray.Dataset],
+    log: str | Path | Dataset | Iterable[Dataset],
     start: Quantity | None = None,
-    truth: str | Path | xarray.Dataset | None = None,
+    truth: str | Path | Dataset | None = None,
     *,
     unit: str | None = None,
     start_std: Quantity = START_STD,
@@ -94,7 +92,7 @@ def track(
     time_to_alert: Quantity = TIME_TO_ALERT,
     hindsight: bool = False,
     progress: bool = False,
-) -> xarray.Dataset:
+) -> Dataset:
     """Where the piston was, from the log of a motor drive; and how wrong that is, where the truth is known.
 
     All of the track is in memory. Where a log is too long for that, take `sensor_for(...).track` for each piece of
@@ -148,7 +146,7 @@ def track(
         >>> bool(track.attrs["error_largest"] < 1e-3), track["error"].attrs["units"]
         (True, 'm')
     """
-    from ramsight.output.shown_dataset import ShownDataset
+    from ramsight.output.notebook import ShownDataset
 
     built = build(machine, unit)
     position, std = start_of(built, start, start_std)
@@ -221,7 +219,7 @@ def availability_of(unit: HydraulicUnit, limit: Quantity | None, time_to_alert: 
 
 def follow(
     unit: HydraulicUnit,
-    log: str | Path | xarray.Dataset | Iterable[xarray.Dataset],
+    log: str | Path | Dataset | Iterable[Dataset],
     channel_map: AnyMap | None = None,
     *,
     sensor: str,
@@ -364,9 +362,7 @@ def _remembered(pieces: Iterable[Signals], passed: list[Signals]) -> Iterator[Si
 
 
 def _pieces(
-    log: str | Path | xarray.Dataset | Iterable[xarray.Dataset],
-    channel_map: AnyMap | None,
-    advance: Callable[[float], object] | None,
+    log: str | Path | Dataset | Iterable[Dataset], channel_map: AnyMap | None, advance: Callable[[float], object] | None
 ) -> tuple[Iterable[Signals], str | Path]:
     """The pieces of a log, and the file that warnings name."""
     if isinstance(log, str | Path):
@@ -382,10 +378,4 @@ def _pieces(
     return (Signals.of(checked(piece, _NO_FILE)) for piece in pieces), _NO_FILE
 
 
-__all__ = [
-    "availability_of",
-    "follow",
-    "sensor_for",
-    "start_of",
-    "track",
-]
+__all__ = ["availability_of", "follow", "sensor_for", "start_of", "track"]

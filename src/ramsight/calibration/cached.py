@@ -7,12 +7,12 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.calibration.movement import LOADS, METHOD, TEMPERATURES, calibrate
 from ramsight.calibration.sensor_file import FORMAT, SUFFIX, SensorFileError, load, save
 from ramsight.duty.lift_lower import SPEED
-from ramsight.engine.cache_folder import cache_directory, content_hash
+from ramsight.engine.private_folder import cache_directory, content_hash
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import OutputError
 from ramsight.plant.unit import HydraulicUnit, circuit
@@ -23,7 +23,7 @@ def cache_file(
     unit: HydraulicUnit,
     *,
     motor_speed: float = SPEED,
-    temperatures: NDArray[np.float64] = TEMPERATURES,
+    temperatures: Array = TEMPERATURES,
     loads: int = LOADS,
 ) -> Path:
     """Where a unit's table is kept; its name changes with the unit's laws and values, the settings and the method.
@@ -45,7 +45,7 @@ def calibrated(
     unit: HydraulicUnit,
     *,
     motor_speed: float = SPEED,
-    temperatures: NDArray[np.float64] = TEMPERATURES,
+    temperatures: Array = TEMPERATURES,
     loads: int = LOADS,
     advance: Callable[[int], object] | None = None,
 ) -> MovementTable:

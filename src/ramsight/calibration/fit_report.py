@@ -14,8 +14,7 @@ from ramsight.optional import needing
 
 if TYPE_CHECKING:
     from ramsight.calibration.fit_track import FittedValues, Torque
-    from ramsight.logs.mapped import ChannelMap, Motor
-    from ramsight.logs.sensor_curve import SensorCurve
+    from ramsight.logs.mapped import ChannelMap, Motor, SensorCurve
     from ramsight.machine.description import Machine
 
 

@@ -26,26 +26,23 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.calibration.free_values import FreeValue, with_values
 from ramsight.calibration.identify_record import IdentifyError
 from ramsight.engine.recursion import Recursion, replay_many
 from ramsight.errors import DescriptionError
-from ramsight.logs.sensor_curve import SensorCurve
+from ramsight.logs.mapped import SensorCurve
 from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing
 from ramsight.plant.build import build
 from ramsight.sensor.balance import balance
 from ramsight.sensor.inputs.sample import PRESSURES
 from ramsight.sensor.virtual_sensor import VirtualSensor, log_inputs
+from ramsight.signals import Dataset
 
 if TYPE_CHECKING:
-    import xarray
-
     from ramsight.machine.description import Machine
-
-Array = NDArray[np.float64]
 
 DRAWS = 12
 """Fits whose mean is taken: draws and their opposites."""
@@ -78,8 +75,8 @@ class MeasuredRun:
     """
 
     name: str
-    log: xarray.Dataset
-    measured: xarray.Dataset
+    log: Dataset
+    measured: Dataset
     linearity: float = 0.0
 
     @property

@@ -17,15 +17,13 @@ from ramsight.calibration.identify_record import IdentifyError, Record, recorded
 from ramsight.calibration.identify_replay import Circuit, Deviation, Run
 from ramsight.calibration.loss_uncertainty import EFFICIENCY
 from ramsight.normal import TWO_SIDED_95
+from ramsight.plant.directional import DirectionalValve
+from ramsight.signals import Dataset
 
 if TYPE_CHECKING:
-    import xarray
-
     from ramsight.plant.unit import HydraulicUnit
 
 __all__ = ["EVALUATIONS", "FACTORS", "Estimate", "Identification", "IdentifyError", "identify"]
-
-Array = NDArray[np.float64]
 
 AS_DESCRIBED = {"leak": 1.0, "orifice": 0.0, "displacement": 1.0, "stiffness": 1.0, "friction": 1.0, "efficiency": 0.0}
 """What the factors of a machine are that is its description."""
@@ -148,11 +146,7 @@ def judged_by(unit: HydraulicUnit) -> dict[str, float]:
 
 
 def identify(
-    unit: HydraulicUnit,
-    log: xarray.Dataset,
-    truth: xarray.Dataset,
-    *,
-    advance: Callable[[float], object] | None = None,
+    unit: HydraulicUnit, log: Dataset, truth: Dataset, *, advance: Callable[[float], object] | None = None
 ) -> Identification:
     """Fit the factors of a machine to its log and its measured position.
 
@@ -163,8 +157,13 @@ def identify(
         advance: called with steps of the work as they are done.
 
     Raises:
-        IdentifyError: the two have no time in common, or nothing moves.
+        IdentifyError: the two have no time in common, nothing moves, or a valve meters the rod.
     """
+    if any(isinstance(part, DirectionalValve) for part in unit.parts()):
+        raise IdentifyError(
+            f"a valve of unit {unit.name!r} meters the rod, so its travel is not the motor's: find the values of its "
+            "parts (ramsight identify with a --map that names the measured position, ramsight.identify_values)"
+        )
     record, circuit = recorded(unit, log, truth), Circuit(unit)
     base = circuit.described()
     described = circuit.run(record, base)

@@ -7,17 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ramsight.calibration.flow_law import sandwich, student
+from ramsight.arrays import Array, Places
 from ramsight.calibration.identify_moves import Moves
 from ramsight.calibration.identify_record import Record
 from ramsight.calibration.identify_replay import Circuit, Deviation, Run
 from ramsight.calibration.loss_uncertainty import EFFICIENCY, NO_LOAD_TORQUE
 from ramsight.normal import TWO_SIDED_95
-
-Array = NDArray[np.float64]
-Places = NDArray[np.int64]
 
 LIMITS = {"leak": 0.25, "orifice": 0.25, "displacement": 0.01, "compliance": 0.3, "delay": 0.02}
 """Half of a 95 % interval above which a log does not tell: about what machines of one kind differ by; delay in s."""
@@ -39,7 +35,6 @@ class BalanceFit:
     """What the volume balance tells.
 
     Attributes:
-        deviation: the machine's.
         free: the values that were fitted.
         half_width: half of the 95 % interval of each value, and of those that are not identified what it would be.
         residual: root mean square of what a move's nodes leave unexplained [m].
@@ -57,9 +52,6 @@ class BalanceProblem:
     """The nodes of a record and how their differences follow from the factors.
 
     Args:
-        circuit: of the unit.
-        record: of it.
-        moves: its nodes.
         efficiency_std: standard deviation of the pumps' hydro-mechanical efficiency [1].
         advance: called with 1 after each run of the circuit.
     """
@@ -279,3 +271,44 @@ def _half_widths(
     shifts = np.array([np.linalg.lstsq(design, effect, rcond=None)[0] for effect in effects])
     half = np.hypot(student(freedom) * std, TWO_SIDED_95 * np.sqrt((shifts**2).sum(axis=0)))
     return np.asarray(np.hypot(half, [_MODEL.get(name, 0.0) for name in names]))
+
+
+def sandwich(design: Array, residual: Array, clusters: Places) -> Array:
+    """Covariance of a least-squares estimate whose rows err together within clusters; shape (k, k).
+
+    Args:
+        design: shape (n, k).
+        residual: shape (n,).
+        clusters: numbers from 0, shape (n,).
+
+    Source: the sandwich of Liang and Zeger, Biometrika 73 (1986) 13, with the usual small-sample factor.
+    """
+    n, k = design.shape
+    bread = np.linalg.inv(design.T @ design)
+    scores = np.zeros((int(clusters.max()) + 1, k))
+    np.add.at(scores, clusters, design * residual[:, None])
+    count = scores.shape[0]
+    small = count / (count - 1.0) * (n - 1.0) / (n - k)
+    return np.asarray(small * bread @ (scores.T @ scores) @ bread)
+
+
+def student(freedom: float) -> float:
+    """Two-sided 95 % quantile of Student's t, within 0.5 % from 3 degrees of freedom on.
+
+    Args:
+        freedom: degrees of freedom, 3 or more; fewer count as 3.
+
+    Source: Cornish-Fisher expansion, Abramowitz and Stegun 26.7.5.
+
+    Example:
+        >>> round(student(10.0), 2), round(student(float("inf")), 2)
+        (2.23, 1.96)
+    """
+    z, n = TWO_SIDED_95, max(freedom, 3.0)
+    terms = (
+        (z**3 + z) / 4.0,
+        (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / 96.0,
+        (3.0 * z**7 + 19.0 * z**5 + 17.0 * z**3 - 15.0 * z) / 384.0,
+        (79.0 * z**9 + 776.0 * z**7 + 1482.0 * z**5 - 1920.0 * z**3 - 945.0 * z) / 92160.0,
+    )
+    return z + sum(term / n**power for power, term in enumerate(terms, 1))

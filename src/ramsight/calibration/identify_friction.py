@@ -18,19 +18,15 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from ramsight.calibration.flow_law import sandwich, student
-from ramsight.calibration.identify_balance import BalanceProblem
+from ramsight.arrays import Array, Places
+from ramsight.calibration.identify_balance import BalanceProblem, sandwich, student
 from ramsight.calibration.identify_moves import Moves, moved_at_rest
 from ramsight.calibration.identify_record import Record
 from ramsight.calibration.identify_replay import Deviation, Run
 from ramsight.calibration.loss_uncertainty import EFFICIENCY, NO_LOAD_TORQUE
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
-
-Array = NDArray[np.float64]
-Places = NDArray[np.int64]
 
 LIMITS = {"friction": 0.5, "efficiency": 0.01}
 """Half of a 95 % interval, the no-load torque taken as described, above which a log does not tell; of the efficiency
@@ -89,7 +85,6 @@ class _Solved:
     """A least squares fit: friction, and the efficiency if it was free.
 
     Attributes:
-        value: of each.
         half: of their 95 % intervals by scatter alone.
         shift: of the friction, a standard deviation each, by what is taken as described.
     """
@@ -221,12 +216,6 @@ def same_loads(unit: HydraulicUnit, moves: Moves, record: Record, run: Run) -> P
     A rod that moved at rest by more than friction can hold shows that the load changed. Where it touched a stop, or the
     pump holds it, that cannot be seen; then a difference that friction could make is taken for friction, if most other
     reversals agree.
-
-    Args:
-        unit: the unit.
-        moves: its nodes.
-        record: of it.
-        run: with the fitted deviation.
     """
     force, sheet = moves.mean(run.force), sheet_friction(unit, moves, run)
     runs = np.unique(moves.run)

@@ -11,18 +11,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools, Places
 from ramsight.calibration.identify_record import Record, running_mean
 from ramsight.calibration.identify_replay import Run
 from ramsight.intervals import true_intervals
 from ramsight.plant.holding import held_by_valve, holding_valves, opening_speed
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit, opposite
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Places = NDArray[np.int64]
 
 _MOVING = 0.025  # share of the velocity at the highest speed that a move has to reach
 _SETTLE, _BEFORE_END = 0.2, 0.1  # s; after a move begins and before it ends, while the valve opens and closes

@@ -6,18 +6,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
 from ramsight.errors import RamsightError
 from ramsight.intervals import true_intervals
+from ramsight.signals import Dataset
 from ramsight.tracking.credible import OUTSIDE, said_frozen
 
 if TYPE_CHECKING:
-    import xarray
-
     from ramsight.plant.unit import HydraulicUnit
-
-Array = NDArray[np.float64]
 
 _SMOOTH = 0.1  # s; over which position is averaged, and
 _STILL = 2.0  # s; over which oil temperature is
@@ -90,7 +87,7 @@ def record(time: Array, motor_speed: Array, motor_torque: Array, oil_temperature
     )
 
 
-def recorded(unit: HydraulicUnit, log: xarray.Dataset, truth: xarray.Dataset) -> Record:
+def recorded(unit: HydraulicUnit, log: Dataset, truth: Dataset) -> Record:
     """The record of a log and its measured position.
 
     Args:
@@ -121,7 +118,7 @@ def recorded(unit: HydraulicUnit, log: xarray.Dataset, truth: xarray.Dataset) ->
     return record(time[common], speed, torque, temperature, position)
 
 
-def _longest_common(unit: HydraulicUnit, log: xarray.Dataset, truth: xarray.Dataset) -> NDArray[np.bool_]:
+def _longest_common(unit: HydraulicUnit, log: Dataset, truth: Dataset) -> Bools:
     """The log's samples in the longest stretch for which the position is known, and is no frozen one."""
     time, at = log["time"].values, truth["time"].values
     common = (time >= at[0]) & (time <= at[-1])

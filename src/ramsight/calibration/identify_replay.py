@@ -19,8 +19,8 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.calibration.identify_record import IdentifyError, Record
 from ramsight.calibration.loss_uncertainty import rougher, with_friction_factor
 from ramsight.engine.recursion import replay
@@ -30,7 +30,7 @@ from ramsight.plant.balance import FACTORS, balance, without_friction
 from ramsight.plant.holding import holding_valves
 from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
-from ramsight.plant.unit import HydraulicUnit, side_nodes
+from ramsight.plant.unit import HydraulicUnit, assuming, side_nodes
 from ramsight.plant.valve import SETTLED, CheckValve, ReliefValve
 from ramsight.sensor.balance import BalanceState
 from ramsight.sensor.circuit.load import LoadState, Piston, observe_load
@@ -39,8 +39,6 @@ from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
 from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.virtual_sensor import Report, close
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -174,11 +172,7 @@ class Circuit:
     def _changed(self, how: Deviation, period: float) -> Array:
         """The recursion's parameters under a deviation, for samples of a period [s]."""
         values = self._values.copy()
-        changes: dict[str, float] = {
-            "leak": how.leak,
-            "displacement": how.displacement,
-            "compliance": how.compliance,
-        }
+        changes: dict[str, float] = {"leak": how.leak, "displacement": how.displacement, "compliance": how.compliance}
         for pump in self.pumps:
             changes[f"circuit.{pump.name}.orifice_leak"] = how.orifice * orifice_at_one(pump)
             if pump.table is not None:
@@ -203,7 +197,8 @@ def _with_wear(unit: HydraulicUnit) -> HydraulicUnit:
     def part(p: Any) -> Any:
         return replace(p, orifice_leak=float(p.orifice_leak or 0.0)) if isinstance(p, Pump) else p
 
-    return with_friction_factor(unit.mapped(part))
+    # A replay follows the torque alone: a record has no pressures.
+    return with_friction_factor(assuming(unit.mapped(part), {"pressure.std": 0.0}))
 
 
 @lru_cache(maxsize=16)

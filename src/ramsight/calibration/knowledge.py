@@ -24,10 +24,9 @@ from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import orifice_flow
 from ramsight.sensor.thresholds import LEAKAGE_REFERENCE
+from ramsight.signals import Dataset
 
 if TYPE_CHECKING:
-    import xarray
-
     from ramsight.machine.assumption_description import Assumptions
 
 _CHANGED, _REACHED = 1e-3, 1e-4
@@ -87,7 +86,7 @@ def of_leak_test(test: LeakTest, described: Unit) -> MachineKnowledge:
     return MachineKnowledge("leak test", factors, dict(_assumed(factors, described.assumptions)), lines)
 
 
-def of_sensor(track: xarray.Dataset, described: Unit, built: HydraulicUnit, temperature: float) -> MachineKnowledge:
+def of_sensor(track: Dataset, described: Unit, built: HydraulicUnit, temperature: float) -> MachineKnowledge:
     """What the self-calibrating sensor has learned at the end of a track.
 
     Args:

@@ -13,7 +13,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from ramsight.calibration.loss_uncertainty import EFFICIENCY, NO_LOAD_TORQUE, dependence, rougher, with_friction_factor
 from ramsight.errors import RamsightError
@@ -29,8 +28,6 @@ from ramsight.plant.unit import HydraulicUnit, reach, side_nodes
 from ramsight.sensor.balance import balance
 from ramsight.signals import Samples, Signals
 from ramsight.units import FREEZING, RPM
-
-Array = NDArray[np.float64]
 
 _SLOWEST = 1.0  # rad/s; below it friction is not fully developed
 _STEADY = 0.25  # rad/s; what a steady speed may vary by, a little above the 1 rpm of a drive

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.profile import Duty, constant, trapezoid_moves
 from ramsight.engine.outcome import Outcome
@@ -20,8 +20,6 @@ from ramsight.plant.unit import HydraulicUnit, circuit, initial_state, pumped_in
 from ramsight.plant.valve import ReliefValve
 from ramsight.sensor.table import MovementTable
 from ramsight.units import FREEZING
-
-Array = NDArray[np.float64]
 
 METHOD = 3
 """Version of the method; one that gives other tables has another number."""
@@ -82,10 +80,7 @@ def sweep(
     top = limits_of(unit).load
     steep = max(2, loads // 4)
     force = np.concatenate(
-        [
-            np.linspace(_LIGHTEST, _STEEP * top, loads - steep),
-            np.linspace(_STEEP * top, _TOP * top, steep + 1)[1:],
-        ]
+        [np.linspace(_LIGHTEST, _STEEP * top, loads - steep), np.linspace(_STEEP * top, _TOP * top, steep + 1)[1:]]
     )
     result = np.empty((3, 2, len(temperatures), loads))
     for d, direction in enumerate((1.0, -1.0)):

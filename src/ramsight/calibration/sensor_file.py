@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ramsight import bounded_toml
+from ramsight.arrays import Array
 from ramsight.errors import RamsightError, one_line
 from ramsight.output import atomic_path
 from ramsight.sensor.table import MovementTable
@@ -26,13 +26,7 @@ from ramsight.sensor.table import MovementTable
 FORMAT = 1
 SUFFIX = ".sensor"
 _HEADER = "sensor.toml"
-_UNITS = {
-    "temperature": "K",
-    "lift_torque": "N m",
-    "lift": "m/rad",
-    "lower_torque": "N m",
-    "lower": "m/rad",
-}
+_UNITS = {"temperature": "K", "lift_torque": "N m", "lift": "m/rad", "lower_torque": "N m", "lower": "m/rad"}
 _NUMBERS = {"motor_speed": "rad/s", "lift_sign": "1", "relief_torque": "N m"}
 _LARGEST = 64 * 2**20  # bytes; a table that large would not fit into a sensor
 _DAMAGED = (zipfile.BadZipFile, zlib.error, KeyError, ValueError, TypeError, EOFError, NotImplementedError)
@@ -157,14 +151,14 @@ def _problem(movement: MovementTable) -> str:
     return "" if numbers and math.isfinite(movement.motor_speed) else "a number is out of its range"
 
 
-def _read_array(data: bytes) -> NDArray[np.float64]:
+def _read_array(data: bytes) -> Array:
     array = np.load(io.BytesIO(data), allow_pickle=False)
     if array.dtype != np.float64:
         raise ValueError("not an array of floats")
     return np.asarray(array)
 
 
-def _array(movement: MovementTable, name: str) -> NDArray[np.float64]:
+def _array(movement: MovementTable, name: str) -> Array:
     return np.ascontiguousarray(getattr(movement, name), dtype=np.float64)
 
 

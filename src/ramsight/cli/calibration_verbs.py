@@ -18,9 +18,9 @@ from ramsight.cli.common import (
     say,
     say_lines,
     say_written,
+    strictly,
 )
 from ramsight.cli.reporting import give
-from ramsight.cli.strictness import strictly
 from ramsight.errors import one_line
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -135,3 +137,37 @@ def say_written(*paths: Path | None) -> None:
     report().add("written", written)
     for path in [] if report().is_quiet else written:
         say(f"{path}: written")
+
+
+WARNED = 1
+"""Exit code of a verb that did its work, with warnings, where none are allowed."""
+
+
+@contextmanager
+def strictly(*, is_strict: bool) -> Iterator[None]:
+    """Count the warnings of logs meanwhile; at the end leave with `WARNED` if there were any and it is strict.
+
+    Args:
+        is_strict: whether warnings are errors.
+
+    Raises:
+        typer.Exit: there were warnings, and it is strict.
+    """
+    from ramsight.errors import LogWarning
+
+    usual, said = warnings.showwarning, 0
+
+    def show(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
+        nonlocal said
+        said += issubclass(category, LogWarning)
+        usual(message, category, *rest, **more)
+
+    warnings.showwarning = show
+    try:
+        yield
+    finally:
+        warnings.showwarning = usual
+    if is_strict and said:
+        what = "1 warning" if said == 1 else f"{said} warnings"
+        say_error(f"{what}, and --strict takes a warning for an error; what was asked for is written")
+        raise typer.Exit(WARNED)

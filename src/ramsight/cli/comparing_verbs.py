@@ -17,9 +17,9 @@ from ramsight.cli.common import (
     say_lines,
     say_verdicts,
     say_written,
+    strictly,
 )
 from ramsight.cli.reporting import give
-from ramsight.cli.strictness import strictly
 
 
 def compare(

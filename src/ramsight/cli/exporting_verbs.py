@@ -91,9 +91,7 @@ def export_wasm(
     say(f"{out}: {', '.join(sorted(done.files))} written")
 
 
-def export_page(
-    out: Annotated[Path, typer.Option(help="The page: .html.")],
-) -> None:
+def export_page(out: Annotated[Path, typer.Option(help="The page: .html.")]) -> None:
     """Write one HTML file that tries sensors of the catalogue in a browser: an example log, or your own CSV.
 
     It works from a disk, without a network, and sends nothing. It needs pip install "ramsight[platforms]".
@@ -143,14 +141,7 @@ def export_fmu(
     driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
     with progress(1.0, "exporting"):  # one step, whose progress is unknown
         done = export_unit(
-            machine,
-            unit,
-            out=out,
-            what=what,
-            fmi=fmi,
-            parameters=parameters,
-            platforms=platforms,
-            **driving,
+            machine, unit, out=out, what=what, fmi=fmi, parameters=parameters, platforms=platforms, **driving
         )
     lacking = "sources alone" if platforms else "sources alone: no C compiler was found"
     binary = f"sources and a binary for {', '.join(done.binaries)}" if done.binaries else lacking
@@ -210,9 +201,7 @@ def export_parameters(
 
 
 def export_fmeda(
-    machine: Machine,
-    out: Annotated[Path, typer.Option(help="The table: .csv.")],
-    unit: SensedUnit = None,
+    machine: Machine, out: Annotated[Path, typer.Option(help="The table: .csv.")], unit: SensedUnit = None
 ) -> None:
     """Write the faults of a unit's sensor with what detects them and how surely, for a safety analysis.
 

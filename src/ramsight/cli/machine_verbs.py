@@ -113,9 +113,7 @@ def catalog_check() -> None:
     entries()  # refuses a name that is there twice
 
 
-def catalog_show(
-    name: Annotated[str, typer.Argument(help="A name that 'ramsight catalog' lists.")],
-) -> None:
+def catalog_show(name: Annotated[str, typer.Argument(help="A name that 'ramsight catalog' lists.")]) -> None:
     """Show every value of a catalogue entry, what it means and where it comes from.
 
     The sources are marked: [P] the paper, [S: …] elsewhere, [M] remembered from a data sheet, [D] derived,

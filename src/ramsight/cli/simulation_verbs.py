@@ -49,8 +49,7 @@ def simulate(
         typer.Option(help="Time at full speed of lift-lower [default: up to 45 % of the stroke, at most 6.4 s]."),
     ] = None,
     start: Annotated[
-        str | None,
-        typer.Option(help="Piston position at first, 0 = retracted [default: near the lowered end]."),
+        str | None, typer.Option(help="Piston position at first, 0 = retracted [default: near the lowered end].")
     ] = None,
     cycles: Annotated[int | None, typer.Option(help="How many lift-lower cycles under each load [default: 1].")] = None,
     visits: Annotated[int | None, typer.Option(help="End stops visited before lift-lower [default: 0].")] = None,
@@ -158,12 +157,7 @@ def _check_files(
 
 
 def _write(
-    run: Recorded,
-    how: DriveReport,
-    out: Path | None,
-    log: Path | None,
-    truth: Path | None,
-    figure: Path | None,
+    run: Recorded, how: DriveReport, out: Path | None, log: Path | None, truth: Path | None, figure: Path | None
 ) -> None:
     """Write what was asked for of a run and of its drive's report."""
     from ramsight.output import column_name, write_dataset, write_table

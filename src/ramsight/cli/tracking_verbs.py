@@ -21,9 +21,9 @@ from ramsight.cli.common import (
     say_lines,
     say_table,
     say_written,
+    strictly,
 )
 from ramsight.cli.reporting import give, plain, report
-from ramsight.cli.strictness import strictly
 
 
 def logs_inspect(
@@ -160,9 +160,9 @@ def track(
     from ramsight.machine import load_machine
     from ramsight.plant.build import build
     from ramsight.tracking.availability import TIME_TO_ALERT
-    from ramsight.tracking.compared_track import error_text, errors_of, live_of
+    from ramsight.tracking.credible import known_position
     from ramsight.tracking.figures import tracked_figure, verbatim
-    from ramsight.tracking.true_position import known_position
+    from ramsight.tracking.position_errors import error_text, errors_of, live_of
 
     _check_files(machine, log, sensor, channel_map, truth, out, (figure, belief), state)
     if belief is not None and sensor != "kalman":

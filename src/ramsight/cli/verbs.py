@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from ramsight.cli import (
     bus_verbs,
@@ -25,9 +25,30 @@ from ramsight.cli import (
     tracking_verbs,
 )
 from ramsight.cli.common import group, say
-from ramsight.cli.option_errors import Verb
 from ramsight.cli.reporting import scripted
-from ramsight.errors import printable
+from ramsight.errors import DescriptionError, printable
+
+
+class Verb(TyperCommand):
+    """A verb whose errors name ``--oil-temperature`` where the function below it named ``oil_temperature``."""
+
+    def invoke(self, ctx: Any) -> Any:  # noqa: D102 - as in Click
+        try:
+            return super().invoke(ctx)
+        except DescriptionError as error:
+            found = self._of_option(error)
+            if found is error:
+                raise
+            raise found from None
+
+    def _of_option(self, error: DescriptionError) -> DescriptionError:
+        """The same error with the option's name; what stands in a file keeps its key."""
+        names = {one.name: one.opts[0] for one in self.params if one.opts[0].startswith("--")}
+        if error.file is not None or error.key not in names:
+            return error
+        found = type(error)(error.message, key=names[error.key], value=error.value, allowed=error.allowed)
+        found.others = error.others
+        return found
 
 
 class Sectioned(TyperGroup):

@@ -9,13 +9,11 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.closed_loop.learned import learned_factors
 from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
-from ramsight.closed_loop.planning import Knowledge, Visit, due
+from ramsight.closed_loop.planning import Knowledge, Visit, due, learned_factors
 from ramsight.closed_loop.referencing import ASKS, Referencing, felt, place
 from ramsight.closed_loop.thresholds import LONGEST_MOVE, LOOP_SETTLE_TIME, POSITION_SENSOR_STD
 from ramsight.control.activity import STOPS, Activity
@@ -30,10 +28,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
-
-if TYPE_CHECKING:
-    import xarray
-
+from ramsight.signals import Dataset
 
 Fault = Callable[[str, Reported], Reported | None]
 """What becomes of a unit's report on its way: unit and sample in, sample out; nothing if it does not arrive."""
@@ -325,7 +320,7 @@ class DrivenUnits(ABC):
                     if other is not control and (one in self._waiting or not other.done):
                         other.stop(f"{name}: {control.reason}")
 
-    def track(self, unit: str) -> xarray.Dataset:
+    def track(self, unit: str) -> Dataset:
         """A unit's estimates, as its sensor's `track` gives them; with `target` [m] and the reports."""
         with needing("datasets"):
             import xarray

@@ -14,12 +14,13 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ramsight.closed_loop.learned import learned_covariance
+from ramsight.arrays import Array
 from ramsight.closed_loop.thresholds import HORIZON, MOST_VISITS, NEARLY_SHARE, WORTH_SHARE
 from ramsight.control.actuation import Actuation
 from ramsight.control.position import PositionControl
+from ramsight.sensor.kind import Kind, covariance_of, state_of
+from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 
@@ -65,7 +66,7 @@ class Knowledge:
     """
 
     by: Actuation
-    covariance: NDArray[np.float64]
+    covariance: Array
 
     @classmethod
     def of(cls, sensor: VirtualSensor, control: PositionControl) -> Knowledge:
@@ -245,3 +246,17 @@ def _legs(control: PositionControl, position: float, work: Sequence[tuple[float,
 
 def _rms(values: Sequence[float]) -> float:
     return math.sqrt(sum(value**2 for value in values) / len(values))
+
+
+def learned_factors(sensor: VirtualSensor) -> tuple[float, float]:
+    """Factors of leakage and displacement [1]."""
+    state = sensor.state
+    leakage, displacement = (state[state_of(Kind.DESCRIBED, one)] for one in (Quantity.LEAKAGE, Quantity.DISPLACEMENT))
+    return leakage, displacement
+
+
+def learned_covariance(sensor: VirtualSensor) -> Array:
+    """Covariance of position [m], factors of leakage and displacement [1], shape (3, 3)."""
+    state, of = sensor.state, (Quantity.POSITION, Quantity.LEAKAGE, Quantity.DISPLACEMENT)
+    pairs = [[sorted((i, j), key=of.index) for j in of] for i in of]
+    return np.array([[state[covariance_of(Kind.DESCRIBED, *pair)] for pair in row] for row in pairs])

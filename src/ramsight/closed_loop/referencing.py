@@ -39,7 +39,7 @@ class Referencing:
     Example:
         >>> from ramsight import machine
         >>> from ramsight.closed_loop.loop_settings import LoopSettings
-        >>> from ramsight.closed_loop.unit_loop import UnitLoop
+        >>> from ramsight.closed_loop.loop import UnitLoop
         >>> from ramsight.plant.build import build
         >>> axis = build(machine.load_machine("eha-test-bench").unit("axis"), "axis")
         >>> both = Referencing({"axis": (Visit(lifted=False), Visit(lifted=True))})

@@ -14,24 +14,21 @@ from functools import lru_cache
 
 import casadi as ca
 
-from ramsight.control import drive_watch, homing, leak_testing, moving, steering
+from ramsight.control import drive_watch, homing, moving
 from ramsight.control.activity import STOPS, Activity, ActivityState, Event, fail, follow
 from ramsight.control.actuation import Actuation
 from ramsight.control.decision import Sample, Wish
 from ramsight.control.drive_watch import Declaration, Report, Verdict, WatchState
 from ramsight.control.homing import Homing
-from ramsight.control.leak_testing import LeakTest
-from ramsight.control.moving import Move
+from ramsight.control.moving import LeakTest, Move, Steering
 from ramsight.control.orders import OUTPUTS, STOPPED_BY, Inputs, LastOrder, Orders, Reason, read_orders
 from ramsight.control.sensing import Sensed, reliance_on, sensed_at, smoothed_temperature
-from ramsight.control.steering import Steering
 from ramsight.control.thresholds import LARGEST_NUMBER, NO_PLACE, STANDSTILL_ROUNDING, STOPPING_TIME
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
-from ramsight.engine.live_recursion import recursion_of
-from ramsight.engine.recursion import Recursion
+from ramsight.engine.recursion import Recursion, recursion_of
 from ramsight.engine.typed_state import leaf, symbols
 from ramsight.expression import Condition, Flag, Real, Scalar, all_of, any_of, flag, negated, scalar, scalar_symbol
 from ramsight.plant.oil import T40
@@ -226,7 +223,7 @@ def _done(state: ControlState, now: Sample) -> tuple[ControlState, Scalar, Scala
     activity = state.activity
     active = {one: activity.is_any_of(one) for one in Activity}
     move, moves, error = moving.moved(state.move, now, active[Activity.MOVING], state.homing.felt)
-    hand, goes, hand_speed = steering.steered(state.steering, now, active[Activity.MANUAL])
+    hand, goes, hand_speed = moving.steered(state.steering, now, active[Activity.MANUAL])
     place = ca.if_else(all_of(active[Activity.MANUAL], goes), NO_PLACE, state.place)
     place, held = _held(replace(state, place=place, steering=hand), now)
     move, lands = moving.landed(move, now, active[Activity.LANDING])
@@ -240,9 +237,7 @@ def _done(state: ControlState, now: Sample) -> tuple[ControlState, Scalar, Scala
     }
     test = state.leak_test
     if test is not None:
-        test, wishes[Activity.LEAK_TEST] = leak_testing.leak_tested(
-            test, now, active[Activity.LEAK_TEST], activity.begins
-        )
+        test, wishes[Activity.LEAK_TEST] = moving.leak_tested(test, now, active[Activity.LEAK_TEST], activity.begins)
     after, failed = _followed(activity, wishes, now)
     place = ca.if_else(lands[Event.MISSED], NO_PLACE, place)
     place = ca.if_else(all_of(moves.events[Event.NEAR], negated(failed)), now.target, place)

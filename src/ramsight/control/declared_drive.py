@@ -27,7 +27,6 @@ class Reporting:
     Attributes:
         held: commands within the delay of commands, newest first.
         speeds: of the motor within the delay of reports, newest first.
-        rate: of the newest.
         pending: angle that was commanded and is in no report yet.
         underway: mean speeds of the samples within the declared lag, newest first.
     """

@@ -1,4 +1,4 @@
-"""A move to a target along a trajectory until the target is near, and the landing there."""
+"""What turns the motor beside homing: a move along a trajectory and its landing, a velocity by hand, a leak test."""
 
 from __future__ import annotations
 
@@ -46,9 +46,7 @@ def begun(state: Move, now: Sample, when: Flag) -> Move:
     direction = ca.if_else(now.target - now.sensed.position >= 0.0, 1.0, -1.0)
     way = _begun(state.trajectory, now, now.start_velocity)
     return replace(
-        state,
-        direction=ca.if_else(when, direction, state.direction),
-        trajectory=chosen(when, way, state.trajectory),
+        state, direction=ca.if_else(when, direction, state.direction), trajectory=chosen(when, way, state.trajectory)
     )
 
 
@@ -143,3 +141,61 @@ def landed(state: Move, now: Sample, when: Flag) -> tuple[Move, dict[Event, Flag
 def at_power_up(by: Actuation) -> Move:
     """The state at power-up."""
     return Move(trajectory.at_rest(by.limits, by.period), scalar(1.0))
+
+
+@dataclass(frozen=True)
+class LeakTest:
+    """State of a leak test: its motor speed, and the time since it began."""
+
+    speed: Scalar = leaf("rad/s")
+    time: Scalar = leaf("s")
+
+
+def leak_tested(state: LeakTest, now: Sample, when: Flag, begins: Flag) -> tuple[LeakTest, Wish]:
+    """Turn until the time is over.
+
+    Args:
+        state: before the sample.
+        now: the sample.
+        when: whether there is a leak test.
+        begins: whether this is its first sample, whose load gives the speed.
+    """
+    by, first = now.by, all_of(when, begins)
+    share = by.unit.lift_sign * by.tuning.leak_test_share(by.unit)
+    speed = ca.if_else(first, share * by.leakage(now.sensed.load), state.speed)
+    time = ca.if_else(when, ca.if_else(first, 0.0, state.time) + by.period, state.time)
+    over = all_of(when, time > by.tuning.leak_test_time)
+    return LeakTest(speed, time), Wish(ca.if_else(over, 0.0, speed), {Event.OVER: over})
+
+
+@dataclass(frozen=True)
+class Steering:
+    """State: the velocity until now."""
+
+    velocity: Scalar = leaf("m/s")
+
+
+def steered(state: Steering, now: Sample, when: Flag) -> tuple[Steering, Flag, Scalar]:
+    """The velocity that is asked for, within the limits.
+
+    Without a position that may be relied on the rod goes as slowly as in homing, and the places of the stops are
+    unknown.
+
+    Args:
+        state: before the sample.
+        now: the sample.
+        when: whether the cylinder is steered.
+
+    Returns:
+        The state, whether the rod goes, and the motor speed for that [rad/s].
+    """
+    by, load, none = now.by, now.sensed.load, now.reliance.none
+    share = ca.if_else(none, by.tuning.homing_share, ca.if_else(now.reliance.full, 1.0, by.tuning.slowed))
+    fastest = ca.fmin(share * by.limits.speed, by.reachable_velocity(load))
+    wanted, position = now.inputs.steering, now.sensed.position
+    velocity = by.steered_velocity(state.velocity, wanted, position, fastest, negated(none))
+    direction = ca.if_else(velocity > 0.0, 1.0, -1.0)
+    margin = by.force_margin(direction, load)
+    velocity = ca.if_else(margin == 0.0, 0.0, velocity)
+    speed = by.driving_speed(margin * abs(velocity), direction, load)
+    return Steering(ca.if_else(when, velocity, state.velocity)), velocity != 0.0, speed

@@ -24,7 +24,7 @@ from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.duty.simulate import SAMPLE_PERIOD
-from ramsight.engine.live_recursion import Live
+from ramsight.engine.recursion import Live
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status

@@ -35,9 +35,6 @@ def trust(status: Status) -> Trust:
     Nearly every uncertain status only slows the cylinder down: its position is still the best estimate, with a
     standard deviation. Without a reference, with an invalid sample, and with an unobservable position, it stops.
 
-    Args:
-        status: of the newest estimate.
-
     Example:
         >>> trust(Status.REFERENCE_DUE), trust(Status.POSITION_LOST), trust(Status.INPUT_LOST)
         (<Trust.SLOW: 'half speed'>, <Trust.NONE: 'stop'>, <Trust.NONE: 'stop'>)

@@ -20,7 +20,6 @@ from ramsight.plant.build import build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.thresholds import START_STD
 from ramsight.signals import Signals
-from ramsight.tracking.compared_track import with_error
 from ramsight.tracking.figures import (
     ERROR,
     ESTIMATE,
@@ -32,7 +31,7 @@ from ramsight.tracking.figures import (
     save,
     shade_status,
 )
-from ramsight.tracking.position_errors import stop_visits
+from ramsight.tracking.position_errors import stop_visits, with_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.closed_loop.loop import UnitLoop
 from ramsight.closed_loop.loop_settings import LoopSettings
-from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.control.activity import ACTIVITIES, Activity
 from ramsight.control.block import Block
 from ramsight.control.orders import Ask

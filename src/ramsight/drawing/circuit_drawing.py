@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from ramsight.drawing.elements import Element
-from ramsight.drawing.shapes import Box, Point, Shape, Word, around, points_of
-from ramsight.drawing.symbol import Symbol
+from ramsight.drawing.shapes import Box, Point, Shape, Symbol, Word, around, points_of
 
 MARGIN = 18.0
 DOT = 3.0  # radius of what joins lines
@@ -18,10 +17,8 @@ class Placed:
     """A part where it is drawn.
 
     Attributes:
-        name, kind: of the part.
         symbol: turned and moved to its place.
         ends: node at each port.
-        words: its name and values.
     """
 
     name: str
@@ -51,9 +48,6 @@ class Sheet:
     """A drawing.
 
     Attributes:
-        title: what it shows.
-        placed: parts.
-        wires: lines of nodes.
         others: shapes that belong to no part, such as shafts.
         words: names of nodes, the title.
     """

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ramsight.drawing import part_symbols, valve_symbols
-from ramsight.drawing.symbol import Symbol
+from ramsight.drawing.shapes import Symbol
 from ramsight.errors import DescriptionError
 from ramsight.plant.accumulator import Accumulator
 from ramsight.plant.directional import DirectionalValve
@@ -25,7 +25,6 @@ class Element:
     """One part of a circuit, to be drawn.
 
     Attributes:
-        name: of the part.
         kind: what it is, as descriptions state it.
         symbol: as it is made; the layout turns and moves it.
         ends: node at each port.

@@ -30,8 +30,6 @@ class Chain:
     """A line from one branching, or port, to the next.
 
     Attributes:
-        node: whose line it is.
-        points: along it.
         flows: what passes it in this direction: a sum of flows of parts, by the circuit's names without ``.flow``, each
             with its factor.
     """
@@ -43,10 +41,6 @@ class Chain:
 
 def chains(sheet: Sheet, unit: HydraulicUnit) -> list[Chain]:
     """The lines of a drawing through which oil flows.
-
-    Args:
-        sheet: the drawing.
-        unit: that it shows.
 
     Example:
         >>> from ramsight import machine

@@ -13,8 +13,7 @@ from ramsight.drawing.circuit_drawing import Sheet
 from ramsight.drawing.elements import Element, elements
 from ramsight.drawing.order import Order, Trunk, order
 from ramsight.drawing.placing import cylinder_symbol, lying, moved, swapped, upright
-from ramsight.drawing.shapes import SIZES, Point, Shape, Word, through
-from ramsight.drawing.symbol import Symbol
+from ramsight.drawing.shapes import SIZES, Point, Shape, Symbol, Word, through
 from ramsight.plant.circuit import TANK
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.unit import HydraulicUnit

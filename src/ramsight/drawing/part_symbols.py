@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import math
 
-from ramsight.drawing.shapes import Area, Disc, Line, Point, Shape, Word, arc
-from ramsight.drawing.symbol import Symbol
+from ramsight.drawing.shapes import Area, Disc, Line, Point, Shape, Symbol, Word, arc
 
 PUMP_RADIUS = 27.0
 MOTOR_RADIUS = 25.0

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 from ramsight.drawing import part_symbols
 from ramsight.drawing.elements import Element
-from ramsight.drawing.shapes import Shape, Word, through
-from ramsight.drawing.symbol import Symbol
+from ramsight.drawing.shapes import Shape, Symbol, Word, through
 from ramsight.plant.cylinder import Cylinder
 
 _SECOND_ROD = 0.55  # diameter over the bore's of a rod with another one at its other side

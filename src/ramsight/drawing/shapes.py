@@ -1,9 +1,9 @@
-"""What a drawing is made of: lines, filled shapes, circles and words, and how they are turned and moved."""
+"""What a drawing is made of: lines, filled shapes, circles, words and symbols with ports, turned and moved."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 Point = tuple[float, float]
@@ -42,7 +42,6 @@ class Word:
 
     Attributes:
         at: on its base line: where it begins, its middle, or where it ends.
-        text: what it says.
         kind: "title", "name", "value", "node", "port" or "letter".
         anchor: "start", "middle" or "end".
     """
@@ -98,3 +97,41 @@ def around(points: Iterable[Point]) -> Box:
     """The smallest rectangle around points."""
     xs, ys = zip(*points, strict=True)
     return min(xs), min(ys), max(xs), max(ys)
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """Shapes and ports of one part; as made, its first port is above and the other below its middle.
+
+    Attributes:
+        ports: where lines come to it, by the name that the part has for the node there.
+    """
+
+    shapes: tuple[Shape, ...]
+    ports: Mapping[str, Point]
+
+    @property
+    def box(self) -> Box:
+        """The rectangle that it takes."""
+        inside = [point for shape in self.shapes for point in points_of(shape)]
+        return around([*inside, *self.ports.values()])
+
+    def moved(self, x: float, y: float) -> Symbol:
+        """The symbol with its middle at another place."""
+        return self._through(lambda p: (p[0] + x, p[1] + y))
+
+    def upside_down(self) -> Symbol:
+        """The symbol with top and bottom changed."""
+        return self._through(lambda p: (p[0], -p[1]))
+
+    def mirrored(self) -> Symbol:
+        """The symbol with left and right changed."""
+        return self._through(lambda p: (-p[0], p[1]))
+
+    def lying(self) -> Symbol:
+        """The symbol turned so that what was above is left."""
+        return self._through(lambda p: (p[1], -p[0]))
+
+    def _through(self, change: Callable[[Point], Point]) -> Symbol:
+        shapes = tuple(through(change, shape) for shape in self.shapes)
+        return Symbol(shapes, {name: change(port) for name, port in self.ports.items()})

@@ -6,8 +6,7 @@ Each is drawn as it rests without command, about its middle; ports are named as 
 from __future__ import annotations
 
 from ramsight.drawing.part_symbols import arrow_head
-from ramsight.drawing.shapes import Area, Disc, Line, Point, Shape, Word
-from ramsight.drawing.symbol import Symbol
+from ramsight.drawing.shapes import Area, Disc, Line, Point, Shape, Symbol, Word
 
 _HALF = 20.0  # of a valve's square
 _WIDE = 25.0  # of a directional valve's

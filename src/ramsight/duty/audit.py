@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from ramsight.arrays import Array
 from ramsight.engine.equation import OdeModel
-from ramsight.engine.run import Array, Segments, Trajectory, outputs
+from ramsight.engine.run import Segments, Trajectory, outputs
 from ramsight.plant.circuit import EXPANSION, CircuitModel
 from ramsight.plant.oil import DRY
 
@@ -40,11 +41,6 @@ class Audited(Protocol):
 def audit(circuit: CircuitModel, segments: Segments, run: Trajectory) -> dict[str, float]:
     """Sum up a run.
 
-    Args:
-        circuit: the audited circuit.
-        segments: its inputs.
-        run: its trajectory, with recorded steps.
-
     Returns:
         `energy.*` [J] for the shaft, each work, each loss and each store; `energy_residual` and `volume_residual` as
         shares of the energy that the shaft gave and took, and of the volume that was exchanged with the tank.
@@ -59,11 +55,6 @@ def audit(circuit: CircuitModel, segments: Segments, run: Trajectory) -> dict[st
 
 def audit_linked(model: LinkedModel, segments: Segments, run: Trajectory) -> dict[str, float]:
     """Sum up a run of a machine with a mechanism.
-
-    Args:
-        model: the audited machine.
-        segments: its inputs.
-        run: its trajectory, with recorded steps.
 
     Returns:
         For each unit what `audit` returns, its names with the unit's before them; the work of its rods is

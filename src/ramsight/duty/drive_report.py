@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
 from ramsight.duty.lagging import lagging
 from ramsight.duty.link_report import LinkReport, declared_link
@@ -29,13 +28,8 @@ from ramsight.logs.channels import (
 )
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.signals import TIME, Signal, Signals
+from ramsight.signals import TIME, Dataset, Signal, Signals
 from ramsight.units import FREEZING, RPM
-
-if TYPE_CHECKING:
-    import xarray
-
-Array = NDArray[np.float64]
 
 _PRESSURES, SPEEDS = 0x70726573, 0x73706565  # apart from the drive's noise of the same seed
 
@@ -188,7 +182,7 @@ def declared_report(unit: HydraulicUnit, seed: int, like: DriveReport | None = N
     )
 
 
-def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Dataset:
+def report(run: Dataset, how: DriveReport | None = None) -> Dataset:
     """The drive log of a simulated run, as Datasets; arguments as `reported`."""
     return reported(Signals.of(run), how).dataset().copy(deep=True)  # its values are its own
 

@@ -124,7 +124,6 @@ class Delay:
     Args:
         delay: by which they do [s].
         period: of the samples [s].
-        value: before the first.
 
     Example:
         >>> late = Delay(0.03, 0.02, 0.0)
@@ -146,7 +145,6 @@ class Follower:
     """A drive's speed loop, a sample at a time.
 
     Args:
-        response: how it follows.
         period: of the samples [s].
         delayed: whether its commands are delayed; lost ones are not looked at here.
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ramsight.arrays import Array
 from ramsight.engine.equation import OdeModel
-from ramsight.engine.run import Array
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import PRESSURE, is_pressure
 from ramsight.plant.oil import DRY

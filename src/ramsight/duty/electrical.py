@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.duty.stepped import Value, stepped
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-
-Array = NDArray[np.float64]
 
 _OTHER = 0x64637670  # apart from the drive's noise of the same seed
 

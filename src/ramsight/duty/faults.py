@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ramsight.signals import TIME, Signals
-
-if TYPE_CHECKING:
-    import xarray
-
-Array = NDArray[np.float64]
+from ramsight.arrays import Array
+from ramsight.signals import TIME, Dataset, Signals
 
 CHANNELS = ("motor_speed", "motor_torque", "oil_temperature", "shaft_angle", "dc_power")
 VALUE_KINDS = ("nan", "stuck", "offset", "gain", "sign")
@@ -48,7 +42,7 @@ class Fault:
             raise ValueError(f"a {self.kind} fault of {self.channel!r}; channels are {', '.join(CHANNELS)}")
 
 
-def inject(log: xarray.Dataset, fault: Fault, seed: int = 0) -> xarray.Dataset:
+def inject(log: Dataset, fault: Fault, seed: int = 0) -> Dataset:
     """A copy of a drive log with a fault in it.
 
     Args:

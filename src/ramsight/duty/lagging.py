@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ramsight.arrays import Array
 
 _NOTHING = 1e-20  # of what was there before, far below the rounding of a float64
 

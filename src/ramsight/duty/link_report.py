@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.duty.stepped import stepped
 from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.unit import HydraulicUnit
@@ -37,7 +37,7 @@ class LinkReport:
     step: float = math.radians(0.01)
     seed: int = 0
 
-    def reported(self, time: NDArray[np.float64], position: NDArray[np.float64]) -> NDArray[np.float64]:
+    def reported(self, time: Array, position: Array) -> Array:
         """Angles [rad] at times [s], of positions [m], shape (samples,)."""
         live = LiveLink(self, np.random.default_rng(self.seed))
         steps = np.diff(time, prepend=time[0]).tolist()
@@ -45,12 +45,7 @@ class LinkReport:
 
 
 class LiveLink:
-    """The sensor, sample by sample.
-
-    Args:
-        how: it is.
-        random: its noise.
-    """
+    """The sensor, sample by sample."""
 
     def __init__(self, how: LinkReport, random: np.random.Generator) -> None:
         self._how, self._random = how, random

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ramsight.arrays import Array
 from ramsight.duty.audit import audit_linked
 from ramsight.duty.dry import refuse_dry
-from ramsight.duty.labels import Owner, computed
-from ramsight.duty.profile import Array, Profile, all_corners, constant, held_corners, rates
-from ramsight.duty.recorded import Recorded, Signal
+from ramsight.duty.profile import Profile, all_corners, constant, held_corners, rates
+from ramsight.duty.recorded import Owner, Recorded, Signal, computed
 from ramsight.duty.simulate import SAMPLE_PERIOD, check_temperature
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments, integrate, outputs
@@ -21,9 +21,7 @@ from ramsight.errors import SimulationError
 from ramsight.plant.circuit import WARMING
 from ramsight.plant.linkage import angles
 from ramsight.plant.linked import LinkedMachine, LinkedModel, linked_model, start_state
-
-if TYPE_CHECKING:
-    import xarray
+from ramsight.signals import Dataset
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +105,7 @@ def simulate_linked(
     rtol: float = DEFAULT_RTOL,
     max_steps: int = DEFAULT_MAX_STEPS,
     advance: Callable[[float], object] | None = None,
-) -> xarray.Dataset:
+) -> Dataset:
     """Simulate units and the mechanism that they move.
 
     Args:
@@ -170,7 +168,7 @@ def _signals(
     return signals | computed(ode, outputs(ode, segments, time, state), mechanism.cylinders)
 
 
-def unit_run(run: xarray.Dataset, unit: str) -> xarray.Dataset:
+def unit_run(run: Dataset, unit: str) -> Dataset:
     """One unit's part of a run, as if it had been simulated alone; what `report` and the studies take.
 
     Args:

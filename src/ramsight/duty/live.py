@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from ramsight.arrays import Array
 from ramsight.duty.audit import Audited
 from ramsight.duty.drive_report import SPEEDS, DriveReport
 from ramsight.duty.dry import refuse_dry
 from ramsight.duty.linked_duty import audited_model
 from ramsight.duty.live_energy import EnergyAccount, LiveEnergy
-from ramsight.duty.profile import Array, constant
+from ramsight.duty.profile import constant
 from ramsight.duty.simulate import SAMPLE_PERIOD, audited_circuit, check_temperature
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.outcome import Outcome
@@ -73,10 +74,7 @@ class _Stepped:
     """An equation that waits for its inputs after every sample.
 
     Args:
-        ode: the equation.
         parameters: their values, shape (parameters,).
-        state: to begin with.
-        inputs: the same.
         period: of the samples [s].
     """
 

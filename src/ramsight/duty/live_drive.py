@@ -27,13 +27,7 @@ class LiveDrive:
         [False, False, True]
     """
 
-    def __init__(
-        self,
-        response: DriveResponse,
-        period: float,
-        how: DriveReport,
-        stream: int = 0,
-    ) -> None:
+    def __init__(self, response: DriveResponse, period: float, how: DriveReport, stream: int = 0) -> None:
         self.response = response
         self._follower = Follower(response, period)
         self._period, self._command, self._began = period, 0.0, False

@@ -19,7 +19,6 @@ class EnergyAccount:
     """Energies since the account began [J].
 
     Attributes:
-        given: by the motor.
         taken: back by the motor.
         lifted: work done on the load.
         lowered: work that the load did.

@@ -17,15 +17,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.duty.one_way import as_driven
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-
-Array = NDArray[np.float64]
 
 _STEP = 0.05  # s between two corners of a load that digs or drives
 _CORNER = 0.3  # s, time constant of what is faster than 0.5 Hz

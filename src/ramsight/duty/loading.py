@@ -24,7 +24,6 @@ class Phase:
     """A part of the cycle: where the rods go, and what the heap does meanwhile.
 
     Args:
-        name: of the phase.
         boom, bucket: share of the stroke to go to; where it is if omitted.
         payload: share of the rated payload at its end, reached evenly.
         tip_force: of the heap on the lip at its end, forward and up [N], reached evenly.

@@ -7,11 +7,11 @@ which has the cases' temperature. Losses change with the temperature and it with
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.duty.profile import Duty, Profile
 from ramsight.duty.recorded import Recorded, Signal
 from ramsight.duty.simulate import SAMPLE_PERIOD, Ran, check_temperature, labelled, ran
@@ -19,18 +19,14 @@ from ramsight.errors import SimulationError
 from ramsight.plant.heat import ROOM, HeatStores, case_losses, shared_out
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import advancing
-
-if TYPE_CHECKING:
-    import xarray
-
-Array = NDArray[np.float64]
+from ramsight.signals import Dataset
 
 _AGREE = 0.05  # K; the piece over which a changing temperature is held
 _ROUNDS = 12
 _STEP = 1.0  # s, between the corners of the temperatures; cases and tanks take minutes
 
 
-def warmed(unit: HydraulicUnit, duty: Duty, stores: HeatStores | None = None, **how: Any) -> xarray.Dataset:
+def warmed(unit: HydraulicUnit, duty: Duty, stores: HeatStores | None = None, **how: Any) -> Dataset:
     """The run of `warm_run`, whose arguments and errors these are, as a Dataset."""
     return warm_run(unit, duty, stores, **how).dataset()
 

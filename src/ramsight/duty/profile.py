@@ -6,15 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ramsight.argument_kinds import check_kind, whole_argument
+from ramsight.arrays import Array
 from ramsight.engine.run import Segments
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.plant.circuit import WARMING, command_of
 from ramsight.units import argument
-
-Array = NDArray[np.float64]
 
 _NUMBERS = "fiu"  # NumPy's kinds of real numbers
 _MOST_TIMES = 1_000_000  # that a duty is repeated

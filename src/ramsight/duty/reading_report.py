@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.logs.channels import READINGS, Further
 from ramsight.plant.unit import HydraulicUnit
-
-Array = NDArray[np.float64]
 
 _SEED = 0x72656164  # apart from the drive's noise of the same seed
 _SOON = 1e-6  # s; of a reading that is due, rounding of a clock
@@ -52,11 +50,7 @@ class ReadingReport:
 
 
 class LiveReading:
-    """The sensor, sample by sample.
-
-    Args:
-        how: it is.
-    """
+    """The sensor, sample by sample."""
 
     def __init__(self, how: ReadingReport) -> None:
         self._how, self._random = how, np.random.default_rng([how.seed, _SEED])

@@ -10,7 +10,8 @@ from itertools import islice
 
 import numpy as np
 
-from ramsight.duty.profile import Array, Duty
+from ramsight.arrays import Array
+from ramsight.duty.profile import Duty
 from ramsight.engine.batch import Job, Sampled, Summaries, sampled
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import compile_outputs

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.duty.recorded import Recorded
 
 _LONG = 0.1  # s beyond a limit that are worth a word
@@ -58,7 +58,7 @@ def _torn(run: Recorded) -> Iterator[tuple[str, float]]:
             yield (f"chamber {node.upper()}" if node in ("a", "b") else node.replace("_", " ")), lasts
 
 
-def _period(time: NDArray[np.float64]) -> float:
+def _period(time: Array) -> float:
     return float(np.median(np.diff(time))) if len(time) > 1 else 0.0
 
 

@@ -5,25 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ramsight.duty.audit import audit
 from ramsight.duty.dry import refuse_dry
-from ramsight.duty.labels import Owner, computed
 from ramsight.duty.profile import Duty, Profile
-from ramsight.duty.recorded import Recorded, Signal
+from ramsight.duty.recorded import Owner, Recorded, Signal, computed
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments, Trajectory, integrate, outputs
 from ramsight.errors import DescriptionError, SimulationError, UnknownNameError
 from ramsight.logs.channels import column_of
 from ramsight.plant.circuit import COMMANDED, CircuitModel
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
+from ramsight.signals import Dataset
 from ramsight.units import FREEZING
-
-if TYPE_CHECKING:
-    import xarray
 
 SAMPLE_PERIOD = 0.02  # s
 _ROUNDING = 1e-6  # K, between degC and K
@@ -71,7 +68,7 @@ def simulate(
     rtol: float = DEFAULT_RTOL,
     max_steps: int = DEFAULT_MAX_STEPS,
     advance: Callable[[float], object] | None = None,
-) -> xarray.Dataset:
+) -> Dataset:
     """Simulate a unit.
 
     Args:

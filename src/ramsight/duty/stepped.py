@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-Value = TypeVar("Value", float, NDArray[np.float64])
+from ramsight.arrays import Array
+
+Value = TypeVar("Value", float, Array)
 
 
 def stepped(value: Value, step: float) -> Value:

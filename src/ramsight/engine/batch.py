@@ -10,10 +10,11 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import compile_lanes
 from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Array, Segments
+from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments
 from ramsight.system import processors
 
 _CHUNK = 1024  # runs that are held in memory at once, for all threads together
@@ -25,7 +26,6 @@ class Job:
 
     Args:
         initial: states at the start, shape (states,).
-        segments: inputs and parameters.
     """
 
     initial: Array

@@ -190,11 +190,7 @@ def _branch_without_parts(
 
 
 def _only_for(
-    graph: Graph,
-    users: dict[int, list[int]],
-    chosen: dict[int, tuple[int, int | None]],
-    case: int,
-    taken: set[int],
+    graph: Graph, users: dict[int, list[int]], chosen: dict[int, tuple[int, int | None]], case: int, taken: set[int]
 ) -> set[int]:
     """Nodes that nothing needs but one case of the choices."""
     found: set[int] = set()

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from ramsight.engine.cache_folder import cache_directory, content_hash
 from ramsight.engine.object_code import Kinds, NativeFunction
+from ramsight.engine.private_folder import cache_directory, content_hash
 from ramsight.expression import Vector
 
 if TYPE_CHECKING:
@@ -91,11 +91,8 @@ class CompiledModule:
     """A generated module. Source and operations come from memory; only machine code is kept in the cache's folder.
 
     Args:
-        name: of the module and its files.
         functions: gives what it is made of, by name.
-        constants: names that have a number.
         body: source of the loops around them.
-        widths: of each function.
     """
 
     def __init__(

@@ -95,12 +95,7 @@ def eliminate(sparsity: ca.Sparsity) -> Elimination:
                 k_[i] = k_[i] - w[i, j] * k_[j]
     options = {"cse": True}
     factor = ca.Function(
-        "factor",
-        [jacobian, c],
-        [ca.vertcat(*(entries[place] for place in places))],
-        ["jac", "c"],
-        ["w"],
-        options,
+        "factor", [jacobian, c], [ca.vertcat(*(entries[place] for place in places))], ["jac", "c"], ["w"], options
     )
     solve = ca.Function("solve", [factors, b], [ca.vertcat(*k_)], ["w", "b"], ["b_new"], options)
     return Elimination(factor, solve, len(places))

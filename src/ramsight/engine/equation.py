@@ -17,7 +17,6 @@ class State:
     """A state of the equation.
 
     Args:
-        name: unique name.
         unit: SI unit, for labels.
         tolerance: absolute error that a step may leave in it, in its unit.
         integral: true for a pure integral of the other states (an energy, a volume): nothing depends on it,
@@ -60,7 +59,6 @@ class OdeModel:
     """dx/dt = f(x, u, du/dt, p) with inputs u that are piecewise linear in time.
 
     Args:
-        name: for messages.
         states: the states, in the order of `x`; integrals last.
         inputs: names of the inputs, in the order of `u` and of its slope `slope`.
         parameters: names of the parameters, in the order of `p`; constant while a segment lasts.

@@ -39,7 +39,6 @@ class Node:
         code: CasADi's, or `SELECT`.
         sources: places of its operands in the graph.
         place: of an input, argument and element.
-        value: of a constant.
     """
 
     code: int

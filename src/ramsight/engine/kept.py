@@ -21,8 +21,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ramsight.engine.cache_folder import cache_directory, content_hash
-from ramsight.engine.whole_file import write_whole
+from ramsight.engine.private_folder import cache_directory, content_hash, write_whole
 from ramsight.system import is_ours
 
 T = TypeVar("T")

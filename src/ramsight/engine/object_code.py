@@ -20,7 +20,7 @@ import llvmlite
 import numpy as np
 from llvmlite import binding
 
-from ramsight.engine.whole_file import write_whole
+from ramsight.engine.private_folder import write_whole
 from ramsight.system import is_ours, runtime_symbols
 
 Kinds = tuple[tuple[str, int], ...]

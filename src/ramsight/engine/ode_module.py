@@ -35,9 +35,7 @@ class Integrated:
     """Where the machine code of `integrate` and `sample_outputs` is.
 
     Args:
-        module: its name.
         constants: names that its loops know.
-        functions: names of the functions that they call.
     """
 
     module: str

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import hashlib
 import os
 import shutil
 import tempfile
@@ -12,6 +13,7 @@ from pathlib import Path
 
 from ramsight import system
 from ramsight.errors import RamsightError
+from ramsight.system import cache_home
 
 
 class FolderWarning(UserWarning):
@@ -92,3 +94,38 @@ def _fresh(remedy: str) -> Path:
 @cache
 def _warn(text: str) -> None:
     warnings.warn(text, FolderWarning, stacklevel=4)
+
+
+def cache_directory() -> Path:
+    """Where compiled models are kept; the folder exists, and nobody else can write into it.
+
+    `$RAMSIGHT_CACHE`, else `ramsight` where the system has the user's caches. Where that cannot be written, or others
+    may write into it, another one that is ours alone (`engine.private_folder`).
+    """
+    named = os.environ.get("RAMSIGHT_CACHE")
+    wanted = Path(named) if named else cache_home()
+    return private_folder(wanted, "remove it, or set RAMSIGHT_CACHE to a folder of your own")
+
+
+def content_hash(*parts: str) -> str:
+    """A short hash of texts; the same texts always have the same one."""
+    found = hashlib.sha256()
+    for part in parts:
+        found.update(f"{len(part)} {part}".encode())
+    return found.hexdigest()[:24]
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file beside its place and move it there.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+    try:
+        with os.fdopen(descriptor, "wb") as stream:
+            stream.write(content)
+        os.replace(temporary, path)
+    except OSError:
+        Path(temporary).unlink(missing_ok=True)
+        raise

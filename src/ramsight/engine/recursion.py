@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.cache import CompiledModule, generated_module, hold, kept_module
-
-Array = NDArray[np.float64]
+from ramsight.engine.typed_state import column, initial_values, leaves, symbols
+from ramsight.expression import Real
 
 _CHUNK = 500_000  # samples between two looks at the progress
 _BESIDE = 4
@@ -81,7 +81,6 @@ class Replayed:
     """Where the machine code of `replay` is: all that is needed of it beside the names.
 
     Args:
-        module: its name.
         held: size of what is computed once of the parameters.
     """
 
@@ -94,8 +93,6 @@ class Recursion:
     """A recursion: names, and a graph that is made when it is asked for.
 
     Args:
-        state, inputs, parameters, outputs: names.
-        drawn: gives the graph.
         known: where its machine code is, if that was made before.
     """
 
@@ -220,3 +217,59 @@ def replay_many(
         np.concatenate(inputs), begin[beside], length[beside], each[beside], states[beside], kept, out
     )
     return tuple(np.split(out, begin[1:]))
+
+
+S = TypeVar("S")
+I = TypeVar("I")  # noqa: E741
+
+
+def recursion_of(
+    initial: S,
+    inputs: I,
+    outputs: Sequence[str],
+    stage: Callable[[S, I], tuple[S, Sequence[Real]]],
+    parameters: object = (),
+) -> Recursion:
+    """A stage as a recursion.
+
+    Args:
+        initial: its first state.
+        inputs: symbols that it takes.
+        outputs: names of what it gives.
+        stage: state and inputs to state and outputs.
+        parameters: symbols of values that stay from sample to sample.
+    """
+    before = symbols(initial)
+    after, given = stage(before, inputs)
+    names = [tuple(one.name for one in leaves(tree)) for tree in (before, inputs, parameters)]
+    graph = Graph(column(before), column(inputs), ca.SX(column(parameters)), column(after), ca.vertcat(*given))
+    constants = tuple(str(one.value) for one in leaves(parameters))
+    return Recursion(names[0], names[1], constants, tuple(outputs), lambda: graph)
+
+
+class Live:
+    """A recursion that goes on sample by sample."""
+
+    def __init__(self, recursion: Recursion, initial: object, parameters: Sequence[float] = ()) -> None:
+        self.recursion, self.parameters = recursion, np.array(parameters, dtype=np.float64)
+        self._state = initial_values(initial)
+
+    def step(self, inputs: Sequence[float]) -> list[float]:
+        """The outputs of a sample."""
+        found: list[float] = replay(self.recursion, np.array([inputs], dtype=np.float64), self.parameters, self._state)[
+            0
+        ].tolist()
+        return found
+
+    def set(self, name: str, value: float) -> None:
+        """Give a state another value."""
+        self._state[self.recursion.state.index(name)] = value
+
+    @property
+    def state(self) -> dict[str, float]:
+        """All states, by name."""
+        return dict(zip(self.recursion.state, self._state.tolist(), strict=True))
+
+    @state.setter
+    def state(self, values: Mapping[str, float]) -> None:
+        self._state = np.array([values[name] for name in self.recursion.state], dtype=np.float64)

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine import kernel
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import FIRST_STEP, compile_ode
 from ramsight.engine.outcome import Outcome
-
-Array = NDArray[np.float64]
 
 DEFAULT_RTOL = 1e-6
 DEFAULT_MAX_STEPS = 20_000_000

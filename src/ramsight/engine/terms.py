@@ -31,7 +31,6 @@ class View:
 
     Attributes:
         data: pointer to its first element.
-        kind: of its elements.
         shape: dimensions, whole numbers of LLVM.
     """
 

@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.expression import Flag
 
 S = TypeVar("S")
@@ -30,7 +30,6 @@ class Kind:
     """What is declared of a state.
 
     Attributes:
-        unit: of its value.
         learned: whether it describes the machine, and stays when the position is forgotten; of a mapping, by key.
         always: whether it follows samples that are passed over as well.
         variance: whether it is the variance of something, and so never negative; of a mapping, by key.
@@ -54,7 +53,6 @@ class Leaf:
     Attributes:
         name: by its path, for example ``hypotheses[2].leakage``.
         value: first value, symbol or expression.
-        unit: of it.
         learned: whether it describes the machine.
         always: whether it follows samples that are passed over.
         variance: whether it is a variance.
@@ -175,7 +173,7 @@ def symbols(initial: S) -> S:
     return mapped(initial, lambda one: ca.SX.sym(one.name))
 
 
-def initial_values(initial: object) -> NDArray[np.float64]:
+def initial_values(initial: object) -> Array:
     """The first values of a tree, shape (states,)."""
     return np.array([float(one.value) for one in leaves(initial)])
 

@@ -11,9 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ramsight.arrays import Array, Bools
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class Samples:
     def __len__(self) -> int:
         return len(self.order)
 
-    def where(self, chosen: NDArray[np.bool_]) -> Samples:
+    def where(self, chosen: Bools) -> Samples:
         """The samples that are chosen."""
         return Samples(self.order[chosen], self.time[chosen], self.value[chosen])
 
@@ -89,7 +88,7 @@ class Aligner:
         """The held channels of which not one sample has come."""
         return [channel for channel, last in self._last.items() if not len(last)]
 
-    def _held(self, channel: str, new: Samples, base: Samples, hold: float) -> tuple[Array, NDArray[np.bool_]]:
+    def _held(self, channel: str, new: Samples, base: Samples, hold: float) -> tuple[Array, Bools]:
         known = Samples.join([self._last[channel], new]) if len(self._last[channel]) else new
         if len(new):
             self._last[channel] = Samples(new.order[-1:].copy(), new.time[-1:].copy(), new.value[-1:].copy())

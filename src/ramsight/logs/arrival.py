@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
 from ramsight.constant import Constant
-
-Array = NDArray[np.float64]
 
 OUT_OF_ORDER = Constant(1.0, "s", "by which time may go back where samples came out of order; by more, it was set")
 LONGEST_RUN = Constant(10.0, "1", "bad time stamps in a row; more of them are a clock that was set")
@@ -26,11 +24,10 @@ class Arrival:
         order: of each sample, never falling, shape (n,) [s]; comparable between the clocks of a file.
         wild: which samples have a time beside that of those before and after them, shape (n,).
         falls: times before and after each place where the clock was set back [s].
-        places: the sample after each of them.
     """
 
     order: Array
-    wild: NDArray[np.bool_]
+    wild: Bools
     falls: tuple[tuple[float, float], ...]
     places: tuple[int, ...]
 
@@ -79,7 +76,7 @@ def _tolerance(time: Array) -> float:
     return float(np.fmin(OUT_OF_ORDER, JITTER * usual_distance(time)))
 
 
-def _kept(time: Array) -> NDArray[np.bool_]:
+def _kept(time: Array) -> Bools:
     """Which samples have a time that fits those around them."""
     places = np.flatnonzero(np.isfinite(time))
     known, slack = time[places], _tolerance(time)
@@ -135,7 +132,7 @@ def _matched(
     return found
 
 
-def _order(time: Array, kept: NDArray[np.bool_], falls: list[tuple[int, float, float]], shifts: list[float]) -> Array:
+def _order(time: Array, kept: Bools, falls: list[tuple[int, float, float]], shifts: list[float]) -> Array:
     good = time[kept]
     for number, (place, _, _) in enumerate(falls):
         end = falls[number + 1][0] if number + 1 < len(falls) else len(good)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
+
 Bytes = NDArray[np.uint8]
 
 
@@ -15,13 +17,11 @@ class Field:
     """A number in a frame: ``scale * bits + offset``.
 
     Args:
-        name: of the channel.
         bits: where its bits are, the most significant first; bit 0 is the highest of byte 0, bit 8 that of byte 1.
         signed: two's complement.
         floating: an IEEE number of 16, 32 or 64 bits.
         scale: factor.
         offset: in `unit`.
-        unit: of the result.
         selector: another field that states whether this one is in the frame, and the values for which it is.
         reserved: whether the highest values mean "not available" where it is unsigned, as in J1939.
     """
@@ -60,7 +60,7 @@ class Field:
         missing = 64 - len(self.bits)  # so many bits up and down again carry the sign
         return (whole.astype(np.uint64) << np.uint64(missing)).view(np.int64) >> np.int64(missing)
 
-    def values(self, frames: Bytes) -> NDArray[np.float64]:
+    def values(self, frames: Bytes) -> Array:
         """The numbers in `unit`, NaN where a reserved one stands.
 
         Args:
@@ -79,7 +79,7 @@ class Field:
         numbers[~np.isfinite(numbers)] = np.nan
         return numbers
 
-    def present(self, frames: Bytes) -> NDArray[np.bool_]:
+    def present(self, frames: Bytes) -> Bools:
         """In which frames it is, by its selector."""
         if self.selector is None:
             return np.ones(len(frames), dtype=np.bool_)

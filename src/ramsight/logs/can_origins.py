@@ -9,9 +9,6 @@ from ramsight.logs.frames import EXTENDED
 class Origins:
     """Counts the buses and J1939 addresses from which the frames of each identifier or group came.
 
-    Args:
-        file: the log, for messages.
-
     Attributes:
         is_mixture_refused: whether a second origin of the same frames is an error, as where they are to be one channel.
     """

@@ -36,11 +36,11 @@ from ramsight.logs.mapped import (
     Motor,
     Pdo,
     Referenced,
+    SensorCurve,
     Sequence,
     Timed,
     to_si_of,
 )
-from ramsight.logs.sensor_curve import SensorCurve
 
 SHORTEST, LONGEST, USUAL_PERIOD = 8e-3, 0.1, 0.02
 """Periods of samples that sensors work with, and one that drives usually have [s]."""

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.signals import Signal, Signals
 from ramsight.units import FREEZING, RPM
 
@@ -25,7 +25,6 @@ class Channel:
         name: name in the `Dataset`.
         units: SI unit in the `Dataset`.
         long_name: the quantity in words.
-        factor: SI units for one unit of the file.
         offset: SI value of the file's zero.
     """
 
@@ -36,7 +35,7 @@ class Channel:
     factor: float = 1.0
     offset: float = 0.0
 
-    def to_si(self, cells: NDArray[np.float64]) -> NDArray[np.float64]:
+    def to_si(self, cells: Array) -> Array:
         """Values in SI units from the file's.
 
         Args:
@@ -51,7 +50,7 @@ class Channel:
         """
         return cells * self.factor + self.offset
 
-    def from_si(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def from_si(self, values: Array) -> Array:
         """Values in the file's unit from SI units, rounded to 1e-9 to shed what the conversion adds.
 
         Args:
@@ -180,7 +179,7 @@ def part_of(column: str) -> str:
     return column.removesuffix(_COMMAND)
 
 
-def as_signals(columns: Mapping[str, NDArray[np.float64]], channels: Sequence[Channel]) -> Signals:
+def as_signals(columns: Mapping[str, Array], channels: Sequence[Channel]) -> Signals:
     """The columns that are there, over time.
 
     Args:

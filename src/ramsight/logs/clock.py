@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.logs.clock_units import is_time, unit_of, usual_step
 from ramsight.logs.column_names import guess_clock, guess_date, guess_week, is_row_number
 from ramsight.logs.digits import decimal
@@ -29,7 +29,6 @@ class Clock:
     Args:
         timed: its columns and unit; the unit "" and no period where that is asked for.
         is_stamp: whether its cells are dates or times of day.
-        evidence: what it is taken from.
         is_asked: whether a person has to state the unit or the period.
     """
 
@@ -43,10 +42,6 @@ def find_clock(source: TableSource, known: ChannelMap) -> Clock:
     """The clock of a table, by the map, by the names of columns or by what stands in them; sets it in the source.
 
     Without one the source gives its samples no time.
-
-    Args:
-        source: the table.
-        known: what is known of it.
     """
     found = _stated(source, known.time) if known.time is not None else _guessed(source)
     has_time = bool(found.timed.channel or found.timed.period) and not found.is_asked
@@ -113,7 +108,7 @@ def _period_in(head: list[str]) -> tuple[float | None, int]:
     return None, 0
 
 
-def _counts(numbers: NDArray[np.float64]) -> bool:
+def _counts(numbers: Array) -> bool:
     """Whether numbers go on by one, or by another whole number, from row to row."""
     known = numbers[np.isfinite(numbers)]
     return len(known) > 2 and usual_step(known) >= 1.0 and bool((np.diff(known) == np.diff(known)[0]).all())

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.constant import Constant
 from ramsight.errors import warn_of_log
 from ramsight.logs.clock_units import DAY as _DAY
@@ -36,7 +36,6 @@ class GoesOn:
     after it is near zero, or near the negative end of a counter with a sign.
 
     Args:
-        file: for messages.
         second: seconds for one of the clock's numbers [s].
         is_local: whether it is the time of a place, which summer time changes.
     """
@@ -47,7 +46,7 @@ class GoesOn:
         self._is_local = is_local
         self._last, self._passed, self._usual = math.nan, 0.0, math.nan
 
-    def __call__(self, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    def __call__(self, numbers: Array) -> Array:
         """The numbers with what has passed before.
 
         Args:
@@ -85,9 +84,7 @@ class GoesOn:
         return 0.0
 
 
-def summer_time(
-    steps: NDArray[np.float64], known: NDArray[np.float64], usual: float, hour: float, file: str
-) -> NDArray[np.float64]:
+def summer_time(steps: Array, known: Array, usual: float, hour: float, file: str) -> Array:
     """What is to be added where a local clock goes on or back by an hour to the sample, at a full hour; with a warning.
 
     Args:
@@ -118,7 +115,6 @@ class SinceFirst:
         first: the first stamp as it is written, which says what may begin again: a clock without a date at midnight,
             one without hours after each, one of twelve hours at noon. Of dates like 06/05/2025 the month comes first
             where the day first makes a leap of a month. A clock without a zone is local, and has summer time.
-        file: for messages.
     """
 
     def __init__(self, first: str = "0:00:00", file: str = "") -> None:
@@ -127,7 +123,7 @@ class SinceFirst:
         self._passed = 0.0
         self._is_month_first = False
 
-    def __call__(self, stamps: NDArray[np.float64]) -> NDArray[np.float64]:
+    def __call__(self, stamps: Array) -> Array:
         """Seconds since the first stamp of all.
 
         Args:
@@ -156,7 +152,7 @@ class SinceFirst:
         counted[places] = known + passed
         return counted - self._first
 
-    def _in_order(self, known: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _in_order(self, known: Array) -> Array:
         """Stamps with the month first, from when on the day first makes a leap of a month."""
         changed = other_order(known)
         if not self._is_month_first:
@@ -168,7 +164,7 @@ class SinceFirst:
                 self._first, self._last = float(other_order(np.array([self._first]))[0]), float(before[0])
         return changed if self._is_month_first else known
 
-    def _begun_again(self, steps: NDArray[np.float64], known: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _begun_again(self, steps: Array, known: Array) -> Array:
         """What is to be added from each stamp on [s]."""
         added = np.zeros(len(known))
         for period in self._form.periods:

@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.constant import Constant
 from ramsight.errors import DescriptionError
 from ramsight.logs.digits import is_digits
@@ -51,7 +51,6 @@ class Unit(NamedTuple):
 
     Args:
         name: as a map writes it; "" where it has to be asked for.
-        evidence: what it is taken from.
         runner_up: what else it may be, "" if nothing is near.
     """
 
@@ -82,7 +81,7 @@ def is_time(unit: str) -> bool:
         return False
 
 
-def unit_of(numbers: NDArray[np.float64]) -> Unit:
+def unit_of(numbers: Array) -> Unit:
     """The unit of a clock's numbers where nothing states it.
 
     Args:
@@ -116,7 +115,7 @@ def _is_step(step: float, unit: str) -> bool:
     return unit != "d" if math.isnan(step) else SHORTEST_STEP <= step * second_of(unit) <= LONGEST_STEP
 
 
-def usual_step(known: NDArray[np.float64]) -> float:
+def usual_step(known: Array) -> float:
     """The median of the distances of a clock's numbers, either way; NaN without any.
 
     Example:
@@ -128,7 +127,7 @@ def usual_step(known: NDArray[np.float64]) -> float:
     return float(np.median(steps)) if steps.size else math.nan
 
 
-def is_falling(numbers: NDArray[np.float64]) -> bool:
+def is_falling(numbers: Array) -> bool:
     """Whether the rows of a table are newest first, by its first numbers.
 
     Example:

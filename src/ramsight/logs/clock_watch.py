@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import warn_of_log
 from ramsight.logs.arrival import LONGEST_RUN, Arrival, arrivals
 
-Array = NDArray[np.float64]
 _MARGIN = 2 * int(LONGEST_RUN) + 1  # times on each side of one that say whether it fits
 _AT_ONCE = 1 << 12  # times of frames or messages that are looked at together
 
@@ -86,7 +85,7 @@ def warn_of_watched(file: str, watches: Collection[ClockWatch], leaps: Sequence[
 
 
 def warn_of_clocks(
-    file: str, times: Mapping[int, NDArray[np.float64]], came: Mapping[int, Arrival], names: Mapping[int, str]
+    file: str, times: Mapping[int, Array], came: Mapping[int, Arrival], names: Mapping[int, str]
 ) -> None:
     """Say of each group which time stamps stand beside the others, and of the file whether its clock was set.
 

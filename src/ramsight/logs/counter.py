@@ -12,16 +12,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
 from ramsight.constant import Constant
 from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Block, Samples
 from ramsight.logs.clock_going import BITS
 from ramsight.logs.mapped import Counted
 from ramsight.units import RPM
-
-Array = NDArray[np.float64]
 
 MOST_STEP = Constant(
     1.0 / 3.0, "1", "of what a counter counts until it begins again, between samples: half is too much"
@@ -43,7 +41,6 @@ class Unwrapped:
     """A shaft's angle without jumps, in the place of its numbers.
 
     Args:
-        file: the log, for messages.
         channel: the counter's.
         counted: what the map states of it.
         scale: of its numbers, by the map.
@@ -223,7 +220,7 @@ class Unwrapped:
         )
         return float(step), not is_sure
 
-    def _without(self, lost: NDArray[np.bool_], steps: Array, at: Array) -> Array:
+    def _without(self, lost: Bools, steps: Array, at: Array) -> Array:
         self.unknown += [(float(at[place]), float(at[place + 1])) for place in np.flatnonzero(lost)]
         return np.where(lost, 0.0, steps)
 

@@ -7,15 +7,14 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import LogError, MissingColumnError, warn_of_log
-from ramsight.logs.after_table import MOST_AFTER, is_after_table
 from ramsight.logs.channels import TIME
 from ramsight.logs.decimals import Decimals
 from ramsight.logs.header import MOST_BREAKS, NEVER_FILLED, CsvForm, cells_of, separator_of, units_row, whole_lines
 from ramsight.logs.lines import BLOCK, Advance, cut_short, file_name, line_blocks, printable
-from ramsight.logs.rows import Layout, parse_carefully, parse_fast
+from ramsight.logs.rows import MISSING, Layout, parse_carefully, parse_fast
 
 FIRST_ROW = 2
 """Line of the first row: the header is line 1, and every row is one line."""
@@ -32,18 +31,13 @@ class CsvTable:
 
     Args:
         path: the file, compressed with gzip if its name ends in ``.gz``.
-        form: its layout.
         advance: is passed how much of the file has been read.
         size: bytes read at once.
 
     Attributes:
         file: the file as messages name it.
-        names: of the columns, in order.
         units: of the columns as the row of units has them, "" without one.
-        separator: between cells.
-        first_row: line of the first row.
         head: the lines before the header.
-        encoding: of the letters.
 
     Raises:
         LogError: the file cannot be read, has no header or no rows.
@@ -114,9 +108,7 @@ class CsvTable:
             if first_row is None:
                 return
 
-    def blocks(
-        self, wanted: Sequence[str], gaps: Collection[str] = (), stamps: Sequence[str] = ()
-    ) -> Iterator[NDArray[np.float64]]:
+    def blocks(self, wanted: Sequence[str], gaps: Collection[str] = (), stamps: Sequence[str] = ()) -> Iterator[Array]:
         """The rows, once. A last line that breaks off in the middle of a row is left out, with a warning.
 
         Args:
@@ -164,9 +156,7 @@ class CsvTable:
                 yield table
             line, rows = line + body.count(b"\n"), rows + body.count(b"\n")
 
-    def _parse_to_fault(
-        self, body: bytes, layout: Layout, line: int
-    ) -> tuple[NDArray[np.float64] | None, LogError | None]:
+    def _parse_to_fault(self, body: bytes, layout: Layout, line: int) -> tuple[Array | None, LogError | None]:
         """The rows before the first that is none, None if there are none, and what is wrong with that one."""
         try:
             return parse_carefully(body, layout, line), None
@@ -190,7 +180,7 @@ class CsvTable:
             line=at,
         )
 
-    def _parse_last(self, body: bytes, layout: Layout, line: int, rows: int) -> NDArray[np.float64] | None:
+    def _parse_last(self, body: bytes, layout: Layout, line: int, rows: int) -> Array | None:
         """The last line of a file that does not end in a newline; None if it breaks off in the middle of a row."""
         try:
             return parse_carefully(body + b"\n", layout, line)
@@ -238,7 +228,7 @@ class CsvTable:
 
 def read_columns(
     path: str | Path, needed: Sequence[str], optional: Sequence[str] = (), gaps: Collection[str] = ()
-) -> dict[str, NDArray[np.float64]]:
+) -> dict[str, Array]:
     """Columns of a CSV file, or of one compressed with gzip if its name ends in ``.gz``.
 
     The columns may stand in any order; others are ignored. A byte-order mark, CRLF line ends, blanks around cells
@@ -265,7 +255,7 @@ def read_columns(
     return dict(zip(wanted, rows, strict=True))
 
 
-def read_timed(path: str | Path, needed: Sequence[str], optional: Sequence[str] = ()) -> dict[str, NDArray[np.float64]]:
+def read_timed(path: str | Path, needed: Sequence[str], optional: Sequence[str] = ()) -> dict[str, Array]:
     """Columns of a CSV file over the time in its column ``time_s``, as `read_columns` reads them.
 
     Args:
@@ -299,7 +289,7 @@ def check_columns(names: Sequence[str], needed: Sequence[str], file: str) -> Non
         raise MissingColumnError(file=file, missing=missing, found=found)
 
 
-def check_increasing(time: NDArray[np.float64], column: str, file: str, first_row: int = FIRST_ROW) -> None:
+def check_increasing(time: Array, column: str, file: str, first_row: int = FIRST_ROW) -> None:
     """Refuse times that do not increase.
 
     Args:
@@ -317,3 +307,32 @@ def check_increasing(time: NDArray[np.float64], column: str, file: str, first_ro
         now, before = float(time[row]), float(time[row - 1])
         what = "does not increase" if now == before else "goes backwards"
         raise LogError(f"time {what}: {now!r} after {before!r}", file=file, line=first_row + row, column=column)
+
+
+MOST_AFTER = 60
+"""Lines of a summary at most; more are a table that is damaged."""
+
+
+def is_after_table(rows: Sequence[Sequence[str]], names: Sequence[str]) -> bool:
+    """Whether lines are a summary: each is blank, the header, or begins with a word; and there is one with text.
+
+    Args:
+        rows: the cells of each line.
+        names: of the columns.
+
+    Example:
+        >>> is_after_table([[""], ["Min", "0", "1"]], ["t", "n", "M"]), is_after_table([["0.5", "x"]], ["t", "n"])
+        (True, False)
+    """
+    filled = [cells for cells in rows if any(cell.strip() for cell in cells)]
+    return bool(filled) and all(_is_remark(cells, names) for cells in filled)
+
+
+def _is_remark(cells: Sequence[str], names: Sequence[str]) -> bool:
+    first = next(cell for cell in (cell.strip().lstrip("#*=[(</;!_- ") for cell in (*cells, "-")) if cell)
+    return [cell.strip() for cell in cells] == list(names) or (
+        first[:1].isalpha() and len(first) > 1 and first.lower() not in MISSING | _NUMBERS
+    )
+
+
+_NUMBERS = frozenset(("nan", "inf", "infinity", "true", "false", "ok"))

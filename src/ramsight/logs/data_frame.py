@@ -16,11 +16,7 @@ _MAP = "channel_map says which is which"
 
 
 def is_data_frame(passed: object) -> bool:
-    """Whether something is a DataFrame of any library that can hand its columns to Arrow.
-
-    Args:
-        passed: an argument.
-    """
+    """Whether something is a DataFrame of any library that can hand its columns to Arrow."""
     return hasattr(passed, "__dataframe__") or hasattr(passed, "__arrow_c_stream__")
 
 

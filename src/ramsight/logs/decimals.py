@@ -23,11 +23,6 @@ class Decimals:
 
     A cell like ``1.500`` is one and a half, or one thousand five hundred where other cells have decimal commas; the
     second is refused, and so is ``1,500`` beside decimal points.
-
-    Args:
-        file: for messages.
-        separator: between cells.
-        names: of the columns.
     """
 
     def __init__(self, file: str, separator: str, names: list[str]) -> None:
@@ -46,11 +41,6 @@ class Decimals:
 
     def check(self, body: bytes, first_line: int, wanted: Collection[str]) -> None:
         """Take lines of the file.
-
-        Args:
-            body: whole lines.
-            first_line: the number of the first.
-            wanted: columns that are read.
 
         Raises:
             LogError: a number may be a thousand times what it seems; with line and column.

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ramsight.argument_kinds import by_kind, check_path
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError, LogError, OutputError
 from ramsight.logs.channel_map import AnyMap
 from ramsight.logs.channels import (
@@ -27,10 +27,7 @@ from ramsight.logs.data_frame import as_file, is_data_frame
 from ramsight.logs.lines import Advance, file_name
 from ramsight.logs.opening import check_temperature, open_signals
 from ramsight.output import open_table
-from ramsight.signals import Samples, Signals, joined
-
-if TYPE_CHECKING:
-    import xarray
+from ramsight.signals import Dataset, Samples, Signals, joined
 
 CHANNELS = (MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE)
 _UNITS = {
@@ -41,12 +38,8 @@ _UNITS = {
 
 @by_kind
 def read_log(
-    log: Any,
-    channel_map: AnyMap | None = None,
-    *,
-    strict: bool = False,
-    advance: Advance | None = None,
-) -> xarray.Dataset:
+    log: Any, channel_map: AnyMap | None = None, *, strict: bool = False, advance: Advance | None = None
+) -> Dataset:
     r"""A drive log, whole, from a file of any kind that ramsight reads; `open_log` reads it piece by piece.
 
     Without a map, the columns are called ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c``
@@ -166,7 +159,7 @@ def _names(log: Samples) -> list[str]:
     return [str(name) for name in (log.names if isinstance(log, Signals) else log.data_vars)]
 
 
-def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _finite(values: Array) -> Array:
     numbers = np.asarray(values, dtype=np.float64)
     return np.where(np.isfinite(numbers), numbers, np.nan)
 

@@ -21,10 +21,7 @@ class DriveMap:
 
     Args:
         name: what ``--map`` calls it.
-        title: the drive.
         source: where its frames are described.
-        tried: on what.
-        path: its file.
         columns: of a table by which it is known; none where it is of frames.
     """
 
@@ -83,10 +80,6 @@ def recognised(seen: Collection[int], names: Collection[str] = ()) -> Iterator[D
 
 
 def known_by(one: DriveMap) -> str:
-    """By what a drive is known in a log, in a few words.
-
-    Args:
-        one: its map.
-    """
+    """By what a drive is known in a log, in a few words."""
     listed = ", ".join(f"{key & ~EXTENDED:X}h" for key in sorted(one.frames))
     return f"frames {listed}" if listed else f"columns {', '.join(sorted(one.columns))}"

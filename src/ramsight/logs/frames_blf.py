@@ -108,7 +108,6 @@ class _Inside:
     """Goes through the objects in containers.
 
     Attributes:
-        objects: how many there were.
         count: how many frames.
         time: of the last one [s].
     """

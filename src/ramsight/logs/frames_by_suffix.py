@@ -56,8 +56,7 @@ def _reader(path: str | Path) -> Reader:
 
 def _text_reader(path: str | Path, name: str) -> Reader:
     """Of a file of lines: ASC by its suffix; BUSMASTER and candump, which share theirs, by the first line."""
-    from ramsight.logs.frames_busmaster import BEGINS, busmaster_frames
-    from ramsight.logs.frames_text import asc_frames, candump_frames
+    from ramsight.logs.frames_text import BEGINS, asc_frames, busmaster_frames, candump_frames
     from ramsight.logs.packed import Unpacked
 
     if name.endswith(".asc"):

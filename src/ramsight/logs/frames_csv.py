@@ -47,9 +47,7 @@ class FrameTable:
 
     Args:
         header_line: line with the names of the columns, from 1.
-        separator: between cells.
         names: of the columns, in small letters.
-        places: of the columns by what they are.
         bytes_at: places of the columns of single bytes, in order.
     """
 
@@ -91,15 +89,7 @@ def _layout(number: int, line: str, separator: str) -> FrameTable | None:
 
 
 def csv_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
-    """The frames of a table.
-
-    Args:
-        path: the file, compressed with gzip if its name ends in ``.gz``.
-        advance: is passed how much of the file has been read.
-
-    Raises:
-        LogError: the file cannot be read, or a line is no frame; names the line.
-    """
+    """The frames of a table; arguments and errors as `open_frames`."""
     table = frame_table(path)
     if table is not None:
         yield from text_frames(path, advance, _Rows(table).frame)

@@ -7,9 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ramsight.arrays import Array
 from ramsight.errors import LogError
 from ramsight.logs.arrival import arrivals
 from ramsight.logs.frames import EXTENDED, Frame
@@ -27,15 +25,7 @@ def frame_groups(mdf: MdfFile) -> list[int]:
 
 
 def mdf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
-    """The data frames of an MDF file with bus logging, in the order in which they came.
-
-    Args:
-        path: the file.
-        advance: is passed how much of the file has been read.
-
-    Raises:
-        LogError: it is no MDF file, is damaged, or holds no CAN frames.
-    """
+    """The data frames of a file, in the order in which they came; arguments and errors as `open_frames`."""
     mdf = MdfFile(path)
     groups = frame_groups(mdf)
     total = sum(mdf.groups[group].cycles for group in groups)
@@ -53,7 +43,7 @@ def mdf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fra
         yield frame
 
 
-def _group_frames(mdf: MdfFile, group: int, times: NDArray[np.float64]) -> Iterator[Frame]:
+def _group_frames(mdf: MdfFile, group: int, times: Array) -> Iterator[Frame]:
     names, cycles = mdf.groups[group].names, mdf.groups[group].cycles
     is_code = f"{_NAME}DataLength" not in names
     length_name = f"{_NAME}DLC" if is_code else f"{_NAME}DataLength"

@@ -40,15 +40,7 @@ _LAYOUTS = {
 
 
 def trc_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
-    """The frames of a trace file; times count from its beginning.
-
-    Args:
-        path: the file.
-        advance: is passed how much of the file has been read.
-
-    Raises:
-        LogError: the file cannot be read, or a line is no frame; names the line.
-    """
+    """The frames of a trace file; times count from its beginning; arguments and errors as `open_frames`."""
     yield from text_frames(path, advance, _Trc().frame)
 
 

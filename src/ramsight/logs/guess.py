@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+import unicodedata
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,7 +14,6 @@ from ramsight.logs.header import NEVER_FILLED, SEPARATORS, CsvForm, separator_of
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.source import Offered
 from ramsight.logs.stamps import is_stamp
-from ramsight.logs.temperatures import celsius, temperature_score
 from ramsight.units import parse
 
 _LOOKED_AT = 1 << 16  # bytes
@@ -39,8 +39,7 @@ USUAL = {"speed": "rpm", "torque": "N m", "temperature": "degC", "reference": "m
 _HEADER_ROWS = 8  # names, and what may stand between them and the first row of numbers
 _ANNOTATION = re.compile(r'"?#(group|datatype|default|constant)\b')  # lines before a header of InfluxDB's
 _SUMMARY = re.compile(
-    r"(min|max|mean|avg|average|std|rms|mittel(wert)?|minimum|maximum|offset|gain|scale|fa[ck]tor)[.:]?",
-    re.IGNORECASE,
+    r"(min|max|mean|avg|average|std|rms|mittel(wert)?|minimum|maximum|offset|gain|scale|fa[ck]tor)[.:]?", re.IGNORECASE
 )
 
 
@@ -219,3 +218,57 @@ def is_share(unit: str) -> bool:
         return parse(f"1 {unit}", "1") in (0.01, 0.001)
     except DescriptionError:
         return False
+
+
+_OIL = {
+    "English": "oil|hyd|fluid",
+    "German": "öl|oel",
+    "French": "huile",
+    "Spanish and Italian": "aceite|olio",
+    "Dutch and Swedish": "olie|olja",
+}
+_TEMPERATURE = {"English, German, French, Italian": "temp", "symbols": r"[^a-zäöü]t$|(^|[^a-zäöü])t[^a-zäöü]|theta|ϑ"}
+_TANK = "tank|reservoir|réservoir|serbatoio|depósito|behälter|behaelter|sump|ölsumpf"
+_OTHERS = (
+    "motor|engine|moteur|wicklung|winding|stator|cool|kühl|kuehl|wasser|water|ambient|umgebung|aussen|außen|luft|air"
+    "|gear|getriebe|inverter|umrichter|drive|antrieb|board|cpu|batt|akku|igbt|control|regler|heatsink|kühlkörper"
+)
+_UNITS = {
+    "c", "degc", "deg c", "deg. c", "degreec", "degree c", "degrees c", "gradc", "grad c", "grad", "celsius",
+    "°celsius", "grad celsius", "deg celsius", "degrees celsius", "ºc", "℃", "° c",
+}  # fmt: skip
+
+_OIL_TEMPERATURE = re.compile(
+    rf"({'|'.join(_OIL.values())}|{_TANK}).*({'|'.join(_TEMPERATURE.values())})"
+    rf"|(temp|(^|[^a-zäöü])t[^a-zäöü]).*({'|'.join(_OIL.values())}|{_TANK})"
+)
+_ANY_TEMPERATURE = re.compile(r"temp")
+_OTHER_NAME = re.compile(_OTHERS)
+
+
+def temperature_score(name: str) -> int:
+    """How well a name fits the oil's temperature: 4 for one that says oil or tank, 2 for any temperature, 0 for none.
+
+    Example:
+        >>> [temperature_score(name) for name in ("Hyd.T_oil", "Öltemp", "Temp", "Motor temperature", "Torque")]
+        [4, 4, 2, 0, 0]
+    """
+    small = re.sub(r"\s*[\[(].*", "", unicodedata.normalize("NFC", name).lower())
+    if _OIL_TEMPERATURE.search(small):
+        return 4
+    own = re.split(r"[./]", small)[-1] or small
+    return 2 if _ANY_TEMPERATURE.search(own) and not _OTHER_NAME.search(own) else 0
+
+
+def celsius(unit: str) -> str:
+    """A unit, as ``degC`` where it is a spelling of that which is no unit elsewhere.
+
+    Example:
+        >>> celsius("C"), celsius("Grad C"), celsius("K")
+        ('degC', 'degC', 'K')
+    """
+    try:
+        parse(f"1 {unit}", "K")
+    except DescriptionError:
+        return "degC" if unit.strip().lower() in _UNITS else unit
+    return unit

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -9,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from ramsight.arrays import Array
+from ramsight.constant import Constant
 from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Samples
 from ramsight.logs.can_origins import Origins
 from ramsight.logs.channel_map import known_map
 from ramsight.logs.clock import Clock, find_clock
-from ramsight.logs.distances import Distances
 from ramsight.logs.guess import guess_form, guess_roles
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import ChannelMap
@@ -24,20 +26,59 @@ from ramsight.logs.source_can import CanSource
 from ramsight.logs.source_mdf import MdfSource
 from ramsight.logs.source_parquet import ParquetSource
 
+STEPS = Constant(250.0, "1", "steps of a decade in which distances are counted: the median is right to half a percent")
+_SHORTEST, _LONGEST = 1e-7, 1e9  # s; a clock's step, and more than any log lasts
+
+
+class Distances:
+    """Counts distances in time by their size, in memory that does not grow with the log.
+
+    Attributes:
+        longest: of the distances [s].
+    """
+
+    def __init__(self) -> None:
+        decades = math.log10(_LONGEST / _SHORTEST)
+        self._counts = np.zeros(int(STEPS * decades) + 1, dtype=np.int64)
+        self._sums = np.zeros(len(self._counts))
+        self._last = math.nan
+        self.longest = 0.0
+
+    def take(self, times: Array) -> None:
+        """Take the next times [s], finite, shape (n,); steps back and repeated times are no distances."""
+        steps = np.diff(times, prepend=self._last)
+        self._last = float(times[-1])
+        steps = steps[(steps >= _SHORTEST) & (steps < _LONGEST)]
+        self.longest = max(self.longest, float(steps.max(initial=0.0)))
+        places = (STEPS * np.log10(steps / _SHORTEST)).astype(np.int64)
+        self._counts += np.bincount(places, minlength=len(self._counts))
+        self._sums += np.bincount(places, weights=steps, minlength=len(self._sums))
+
+    @property
+    def usual(self) -> float:
+        """The median [s], NaN if there are none.
+
+        Example:
+            >>> found = Distances()
+            >>> found.take(np.array([0.0, 0.02, 0.04, 1800.0, 1800.02]))
+            >>> round(found.usual, 9)
+            0.02
+        """
+        total = int(self._counts.sum())
+        if not total:
+            return math.nan
+        place = int(np.searchsorted(np.cumsum(self._counts), 0.5 * total))
+        return float(self._sums[place] / self._counts[place])
+
 
 @dataclass
 class Channel:
     """A channel of a log and what was seen of it.
 
     Attributes:
-        name: what a map calls it.
         unit: as the file states it, "" if it does not.
         note: group of an MDF file, kind of a text column.
-        samples: that hold a number.
-        missing: that hold none.
-        least, most: range of the numbers.
         first, last: least and greatest time [s].
-        distances: of its samples in time.
         role: what it is proposed for, "" if nothing.
     """
 
@@ -86,10 +127,8 @@ class Inspection:
     """What was found in a log.
 
     Attributes:
-        file: its name.
         channels: all of them, the clock not among them.
         frames: of a CAN log, identifier (bit 31 set for an extended one) to how many frames and bytes.
-        clock: of a table, with what it is taken from.
         known: the map that was looked through, with what could be guessed of the file's layout.
         origins: of a CAN log, the buses and addresses that its frames came from.
         clocks: of groups, from what each has its time.

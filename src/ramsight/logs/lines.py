@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import codecs
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
 from ramsight.errors import LogError, one_line, short, warn_of_log
-from ramsight.logs.next_step import inspect_command
 from ramsight.logs.packed import Advance, Unpacked, check_file, file_name
 
 __all__ = ["BLOCK", "Advance", "check_file", "cut_short", "file_name", "first_line", "line_blocks", "printable"]
@@ -186,3 +186,13 @@ class _Lines:
 def _check_start(data: bytes, path: str | Path, file: str) -> None:
     if data.startswith(b"\x1f\x8b") and not str(path).endswith(".gz"):
         raise LogError("is a gzip file; give it a name that ends in .csv.gz", file=file)
+
+
+def inspect_command(file: str) -> str:
+    """The command that looks into a log and writes a first channel map for it.
+
+    Example:
+        >>> inspect_command("my day.csv")
+        "ramsight logs inspect 'my day.csv' --out map.toml"
+    """
+    return f"ramsight logs inspect {shlex.quote(file)} --out map.toml"

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError
 from ramsight.logs.channels import (
     DC_POWER,
@@ -27,8 +28,45 @@ from ramsight.logs.channels import (
 )
 from ramsight.logs.channels import FURTHER as FURTHER_CHANNELS
 from ramsight.logs.header import CsvForm
-from ramsight.logs.sensor_curve import SensorCurve
 from ramsight.units import parse
+
+
+@dataclass(frozen=True)
+class SensorCurve:
+    """What a position sensor reads too much, linear between some of its readings, constant beyond them.
+
+    Args:
+        at: readings [m], increasing.
+        excess: of the reading over the position there [m].
+
+    Example:
+        >>> curve = SensorCurve((0.0, 0.1, 0.2), (0.0, 0.001, 0.0))
+        >>> curve.position([0.05, 0.1]).round(6).tolist()
+        [0.0495, 0.099]
+        >>> curve.reading(curve.position(0.17)).round(12).item()
+        0.17
+    """
+
+    at: tuple[float, ...]
+    excess: tuple[float, ...]
+
+    @property
+    def is_unique(self) -> bool:
+        """Whether each position has one reading, and a larger one reads more."""
+        at, excess = np.array(self.at), np.array(self.excess)
+        return bool((np.diff(at) > 0.0).all() and (np.diff(at - excess) > 0.0).all())
+
+    def position(self, reading: ArrayLike) -> Array:
+        """Where the piston is [m], of what is read [m]."""
+        read = np.asarray(reading, dtype=np.float64)
+        return np.asarray(read - np.interp(read, self.at, self.excess))
+
+    def reading(self, position: ArrayLike) -> Array:
+        """What is read [m], where the piston is [m]."""
+        at, excess = np.array(self.at), np.array(self.excess)
+        true = np.asarray(position, dtype=np.float64)
+        return np.asarray(true + np.interp(true, at - excess, excess))
+
 
 ROLES = {"speed": MOTOR_SPEED, "torque": MOTOR_TORQUE, "temperature": OIL_TEMPERATURE}
 """Tables of a map, and what each becomes in the log."""
@@ -149,7 +187,7 @@ class Motor:
     torque_constant: float
     saturation: float | None = None
 
-    def torque(self, current: NDArray[np.float64]) -> NDArray[np.float64]:
+    def torque(self, current: Array) -> Array:
         """Torque [N m] of a current in its unit."""
         lost = 0.0 if self.saturation is None else np.abs(current) / self.saturation
         return np.asarray(self.torque_constant * current * (1.0 - lost))
@@ -188,7 +226,6 @@ class Sequence:
     """A number of the drive's frame that goes on with each of them.
 
     Args:
-        channel: its name.
         modulus: numbers until it begins again; 2 is a toggle bit.
         of_sync: whether it is the counter of the SYNC that the frame answers, rather than the drive's own.
     """

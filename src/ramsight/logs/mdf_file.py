@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError, LogError
 from ramsight.logs.header import is_unit
 from ramsight.logs.lines import check_file, file_name, first_line, printable
@@ -36,9 +37,7 @@ class Group:
     """A group of channels that share a clock.
 
     Args:
-        cycles: samples.
         master: which channel is the clock, None if none is.
-        names: of the channels.
         units: of the channels, "" where the file states none.
         kind: sync type of the clock, as the file states it.
     """
@@ -73,12 +72,6 @@ class Group:
 class MdfFile:
     """An MDF file.
 
-    Args:
-        path: the file.
-
-    Attributes:
-        groups: its groups of channels.
-
     Raises:
         LogError: it is no MDF file, is damaged, or asammdf is not installed.
     """
@@ -99,7 +92,7 @@ class MdfFile:
         ]
         weakref.finalize(self, _close, self._reader, self._number)
 
-    def clock(self, group: int) -> NDArray[np.float64]:
+    def clock(self, group: int) -> Array:
         """The times of a group [s].
 
         Raises:
@@ -108,7 +101,7 @@ class MdfFile:
         if reason := self.groups[group].timeless:
             raise LogError(f"{reason}; record it over time", file=self._file, column=f"group {group}")
         request = {"do": "clock", "file": self._number, "group": group}
-        times: NDArray[np.float64] = self._ask(f"is damaged in group {group}", None, request)[1][0]
+        times: Array = self._ask(f"is damaged in group {group}", None, request)[1][0]
         return times * self.groups[group].second
 
     def values(self, group: int, index: int, start: int, count: int, *, raw: bool = False) -> tuple[Any, Any]:

@@ -6,13 +6,13 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ramsight.argument_kinds import by_kind
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
-from ramsight.logs.align import Aligner, Array, Block, Switch
+from ramsight.logs.align import Aligner, Block, Switch
 from ramsight.logs.can_dbc import j1939_group
 from ramsight.logs.channel_map import check_whole, known_map
 from ramsight.logs.channels import (
@@ -36,18 +36,14 @@ from ramsight.logs.counter import BESIDE, Unwrapped
 from ramsight.logs.csv_table import check_columns
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.frames_by_suffix import open_frames
-from ramsight.logs.lines import Advance
+from ramsight.logs.lines import Advance, inspect_command
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, standard_map, to_si_of
-from ramsight.logs.next_step import inspect_command
 from ramsight.logs.resample import Resampler
 from ramsight.logs.source import Source, TableSource
 from ramsight.logs.source_by_suffix import open_source
 from ramsight.logs.source_can import CanSource
-from ramsight.signals import Signal, Signals
+from ramsight.signals import Dataset, Signal, Signals
 from ramsight.units import FREEZING
-
-if TYPE_CHECKING:
-    import xarray
 
 SAMPLES = 1 << 16
 """Samples of a piece."""
@@ -70,7 +66,7 @@ def open_log(
     *,
     samples: int = SAMPLES,
     advance: Advance | None = None,
-) -> Iterator[xarray.Dataset]:
+) -> Iterator[Dataset]:
     r"""A drive log piece by piece, from a file of any kind that ramsight reads, by its suffix.
 
     The pieces follow one another; together they are what `read_log` gives at once. A sensor that tracks them
@@ -156,9 +152,7 @@ def _check_standard(source: Source, names: list[str]) -> None:
         raise
 
 
-def read_measured(
-    path: str | Path, channel_map: ChannelMap | str | Path, *, advance: Advance | None = None
-) -> xarray.Dataset:
+def read_measured(path: str | Path, channel_map: ChannelMap | str | Path, *, advance: Advance | None = None) -> Dataset:
     """What a log holds beside what a drive reports, as a Dataset; arguments and errors as `measured_signals`."""
     return measured_signals(path, channel_map, advance=advance).dataset()
 

@@ -74,7 +74,6 @@ class Unpacked:
     """The bytes of a file, some at a time; of what it holds if its name ends in ``.gz``.
 
     Args:
-        path: the file.
         advance: is passed how much of the file has been read.
         size: bytes at once, at most.
 

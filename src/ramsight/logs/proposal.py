@@ -12,10 +12,9 @@ from ramsight.logs.channel_map import LONGEST
 from ramsight.logs.clock import Clock
 from ramsight.logs.drive_maps import FOLDER, known_by, recognised
 from ramsight.logs.frames import EXTENDED
-from ramsight.logs.guess import USUAL, is_share
+from ramsight.logs.guess import USUAL, celsius, is_share
 from ramsight.logs.inspect import Channel, Inspection
 from ramsight.logs.mapped import HOLD, Mapped, Timed
-from ramsight.logs.temperatures import celsius
 from ramsight.units import FREEZING
 
 _SPARSE = 0.1  # share of empty cells from which they are no samples, rather than faults

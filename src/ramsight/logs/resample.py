@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
 from ramsight.errors import LogError
-from ramsight.logs.align import Array
 from ramsight.logs.channels import MOTOR_SPEED, READINGS, REFERENCE
 
 _MOMENTARY = frozenset(one.name for one in (REFERENCE, *READINGS))
@@ -24,7 +23,6 @@ class Resampler:
 
     Args:
         period: of the new samples [s].
-        file: for messages.
         unknown: spans in which the angle in the column of the speed is not known [s]; None where it is a speed.
         newest: columns whose newest value counts.
     """
@@ -79,7 +77,7 @@ class Resampler:
         return _mean(column, time, before, after)
 
 
-def _touches(spans: Sequence[tuple[float, float]], before: Array, after: Array) -> NDArray[np.bool_]:
+def _touches(spans: Sequence[tuple[float, float]], before: Array, after: Array) -> Bools:
     """Which periods have a part of one of some spans in them."""
     begins, ends = np.array(sorted(spans) or [(np.inf, -np.inf)]).T
     last = np.searchsorted(begins, after - _START) - 1  # of the spans that begin before the period ends

@@ -6,14 +6,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError, LogError, warn_of_log
 from ramsight.logs.clock_going import GoesOn, SinceFirst
 from ramsight.logs.clock_units import DAY, Unit, is_falling, second_of, unit_of
 from ramsight.logs.mapped import Timed
 
-Array = NDArray[np.float64]
 WEEK = 7.0 * DAY
 _LONG_AGO = ("d", "100 ns")
 """Units of clocks that begin long ago; times count from the first, as dates do."""
@@ -24,7 +23,6 @@ class Rows:
     """Rows of a table.
 
     Args:
-        count: of them.
         columns: of numbers, each of shape (count,).
         stamps: seconds since 1970, or since midnight [s], shape (count,); None where the clock is no stamp.
     """
@@ -48,8 +46,6 @@ class NumberClock:
     """Seconds for the numbers of a clock.
 
     Args:
-        file: for messages.
-        timed: what is stated of it.
         said: its unit as the file states it, "" if it does not.
         first: its first numbers, NaN where there is none.
 
@@ -79,12 +75,7 @@ class NumberClock:
         self._goes_on = GoesOn(file, self.second, is_local=self.second == DAY)
 
     def seconds(self, numbers: Array, weeks: Array | None = None) -> Array:
-        """Seconds for the next numbers, shape (n,).
-
-        Args:
-            numbers: of the clock.
-            weeks: of its column of weeks.
-        """
+        """Seconds for the next numbers, shape (n,)."""
         numbers = self._goes_on(numbers) if weeks is None else numbers + weeks * (WEEK / self.second)
         if self._is_from_first:
             known = numbers[np.isfinite(numbers)]
@@ -99,7 +90,6 @@ class RowClock:
     """When the rows of a table were.
 
     Args:
-        file: for messages.
         timed: its clock; without channel and period rows have no time.
         stamped: the first cell of each of its columns that are dates or times of day.
         said: unit of its column as the file states it, "" if it does not.
@@ -110,7 +100,6 @@ class RowClock:
         numbers: columns of numbers that it is read from.
         stamps: columns of dates and times of day that it is read from.
         is_newest_first: whether the last row was first.
-        evidence: what the unit is taken from.
     """
 
     def __init__(

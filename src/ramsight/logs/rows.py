@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import LogError
 from ramsight.logs.digits import decimal
 from ramsight.logs.header import split
@@ -46,7 +46,7 @@ class Layout:
         return " ".join(cells[self.names.index(name)].strip() for name in self.stamps)
 
 
-def parse_fast(body: bytes, layout: Layout) -> NDArray[np.float64] | None:
+def parse_fast(body: bytes, layout: Layout) -> Array | None:
     """The wanted columns, shape (columns, rows), or None where the careful pass has to look."""
     if b'"' in body:
         return None
@@ -82,7 +82,7 @@ def parse_fast(body: bytes, layout: Layout) -> NDArray[np.float64] | None:
     return table if clock is None else np.vstack([clock, table])
 
 
-def _stamped(body: bytes, layout: Layout) -> NDArray[np.float64] | None:
+def _stamped(body: bytes, layout: Layout) -> Array | None:
     """The clock of rows whose cells are separated by commas, None if it is no date or time of day."""
     if not layout.stamps:
         return None
@@ -101,7 +101,7 @@ def _name_gaps(body: bytes) -> bytes:
     return b"nan" + body if body.startswith(b",") else body
 
 
-def parse_carefully(body: bytes, layout: Layout, first_line: int) -> NDArray[np.float64]:
+def parse_carefully(body: bytes, layout: Layout, first_line: int) -> Array:
     """The wanted columns, shape (columns, rows), or a `LogError` that names line and column."""
     width = len(layout.names)
     places = list(zip(layout.indices, layout.wanted, strict=True))

@@ -10,8 +10,8 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import LogError, UnknownNameError
 from ramsight.logs.align import Block, Samples
 from ramsight.logs.column_names import is_series_name, is_value_name
@@ -38,9 +38,7 @@ class Offered:
     """A channel that a file has.
 
     Args:
-        name: what a map calls it.
         unit: as the file states it, "" if it does not.
-        note: what else is to be said of it.
     """
 
     name: str
@@ -52,7 +50,6 @@ class Source(ABC):
     """A log file of one kind.
 
     Args:
-        path: the file.
         advance: is passed how much of the file has been read.
     """
 
@@ -69,9 +66,6 @@ class Source(ABC):
     @abstractmethod
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
         """The samples of some channels, block by block in the order in which they came; once.
-
-        Args:
-            channels: names of channels.
 
         Raises:
             UnknownNameError: the file has no such channel.
@@ -123,14 +117,14 @@ class TableSource(Source):
         """
 
     @abstractmethod
-    def first_numbers(self, name: str) -> NDArray[np.float64]:
+    def first_numbers(self, name: str) -> Array:
         """The numbers in the first rows of a column, NaN where there is none; asked before `rows`."""
 
     def first_stamp(self, name: str) -> str:
         """The first cell of a column if it is a date or a time of day, else ""; asked before `rows`."""
         return ""
 
-    def first_stamps(self, names: Sequence[str]) -> NDArray[np.float64]:
+    def first_stamps(self, names: Sequence[str]) -> Array:
         """The times in the first rows of columns of dates and times of day [s]; asked before `rows`."""
         return np.empty(0)
 
@@ -218,11 +212,6 @@ def unit_in_name(name: str) -> str:
 
 def needs(package: str, extra: str, file: str) -> ModuleType:
     """A package that not everybody has.
-
-    Args:
-        package: to be imported.
-        extra: the extra of ramsight that installs it.
-        file: what it is needed for.
 
     Raises:
         LogError: it is not installed.

@@ -44,11 +44,7 @@ def open_source(path: str | Path, file_map: ChannelMap | None = None, advance: A
 
 
 def is_table(path: str | Path) -> bool:
-    """Whether a file is a table of text: rows with a clock, whose layout can be guessed.
-
-    Args:
-        path: the file.
-    """
+    """Whether a file is a table of text: rows with a clock, whose layout can be guessed."""
     return Path(path).name.lower().endswith(CSV.suffixes) and _table_kind(path) == CSV
 
 

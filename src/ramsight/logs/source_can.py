@@ -43,7 +43,6 @@ class CanSource(Source):
     """A log of frames; every signal of its DBC files, or every object of its PDOs, is a channel.
 
     Args:
-        path: the file.
         file_map: with DBC files or PDOs; None to count frames only.
         advance: is passed how much of the file has been read.
 

@@ -9,10 +9,11 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError, LogError
 from ramsight.logs.clock_units import second_of
+from ramsight.logs.column_names import are_two_clocks, is_clock_like
 from ramsight.logs.csv_table import CsvTable
 from ramsight.logs.header import split
 from ramsight.logs.lines import Advance, line_blocks
@@ -21,7 +22,6 @@ from ramsight.logs.row_clock import Rows
 from ramsight.logs.rows import MISSING, number_of
 from ramsight.logs.source import Offered, TableSource, unit_in_name
 from ramsight.logs.stamps import is_stamp, stamp_seconds
-from ramsight.logs.two_clocks import are_two_clocks, is_clock_like
 
 
 class CsvSource(TableSource):
@@ -43,7 +43,7 @@ class CsvSource(TableSource):
             named = dict(zip(numbers, rows[1:] if stamps else rows, strict=True))
             yield Rows(rows.shape[1], named, rows[0] if stamps else None)
 
-    def first_stamps(self, names: Sequence[str]) -> NDArray[np.float64]:
+    def first_stamps(self, names: Sequence[str]) -> Array:
         """The times in the first rows of columns of dates and times of day [s]; looked at before `rows`."""
         places = [self.table.places[name][0] for name in names]
         times = np.full(len(self._first_rows), math.nan)
@@ -90,7 +90,7 @@ class CsvSource(TableSource):
                 file=self.file,
             )
 
-    def _first_times(self, place: int, unit: str | None) -> NDArray[np.float64]:
+    def _first_times(self, place: int, unit: str | None) -> Array:
         """The first numbers of a column in seconds, NaN where it has none."""
         try:
             second = second_of(unit or "s")
@@ -102,7 +102,7 @@ class CsvSource(TableSource):
                 times[number] = self._number(row[place]) * second if len(row) > place else math.nan
         return times
 
-    def first_numbers(self, name: str) -> NDArray[np.float64]:
+    def first_numbers(self, name: str) -> Array:
         """The numbers in the first rows of a column, NaN where there is none; looked at before `rows`."""
         return self._first_times(self.table.places[name][0], "s")
 

@@ -9,22 +9,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.constant import Constant
 from ramsight.errors import DescriptionError, LogError, warn_of_log
 from ramsight.logs.align import Block, Samples
 from ramsight.logs.arrival import arrivals
 from ramsight.logs.clock_units import is_falling, is_time
 from ramsight.logs.clock_watch import warn_of_clocks
-from ramsight.logs.column_names import guess_clock
+from ramsight.logs.column_names import are_two_clocks, guess_clock
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import ChannelMap, Timed
 from ramsight.logs.row_clock import whole_clock
 from ramsight.logs.source import Offered, Source, unit_in_name
-from ramsight.logs.two_clocks import are_two_clocks
 
-Array = NDArray[np.float64]
 _PLACE = re.compile(r"\[[0-9]+\]$")  # column of a matrix
 RISING = Constant(0.9, "1", "share of its steps that go up, of a channel that is a clock")
 NO_CLOCK = "has no clock: no time of its own, and no channel of times as long as it"
@@ -51,8 +49,6 @@ class Group:
     """Channels with one clock.
 
     Args:
-        name: of the group.
-        channels: by their names.
         time: of their samples [s], shape (n,); None where one of the channels is the clock, or nothing is.
         lacking: why they have no time, "" if they have one.
         clock: what their time is taken from, in a few words.

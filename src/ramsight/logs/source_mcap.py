@@ -18,8 +18,7 @@ from ramsight.logs.arrival import arrivals
 from ramsight.logs.clock_watch import ClockWatch, warn_of_clocks, warn_of_watched
 from ramsight.logs.lines import Advance, first_line
 from ramsight.logs.mapped import ChannelMap, Timed
-from ramsight.logs.mcap_chunk import unpacked_chunk
-from ramsight.logs.mcap_content import DAMAGED, MOST_LISTED, Contents, Decoder
+from ramsight.logs.mcap_content import DAMAGED, MOST_LISTED, Contents, Decoder, unpacked_chunk
 from ramsight.logs.packed import opened
 from ramsight.logs.row_clock import rising, whole_clock
 from ramsight.logs.source import Offered, Source, needs, unit_in_name

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError, LogError
 from ramsight.logs.align import Block, Samples
 from ramsight.logs.arrival import arrivals
@@ -59,7 +59,7 @@ class MdfSource(Source):
                 key="time.channel", value=self.time.channel, allowed="no [time], or a channel of a group",
             )  # fmt: skip
 
-    def _clock(self, group: int) -> NDArray[np.float64]:
+    def _clock(self, group: int) -> Array:
         """The times of a group: by the channel or the period that the map states, else by its master channel [s]."""
         timed, of = self.time, self._mdf.groups[group]
         if timed is None or (timed.channel and timed.channel not in of.names):
@@ -113,7 +113,7 @@ class MdfSource(Source):
             before = ends
         warn_of_clocks(self.file, times, came, {group: f"group {group}" for group in groups})
 
-    def _values(self, channel: str, group: int, index: int, rows: slice) -> NDArray[np.float64]:
+    def _values(self, channel: str, group: int, index: int, rows: slice) -> Array:
         start, count = rows.start, rows.stop - rows.start
         values, invalid = self._mdf.values(group, index, start, count)
         if values.dtype.kind not in "iufb":  # numbers with words for them: the numbers
@@ -121,10 +121,10 @@ class MdfSource(Source):
         return _numbers(values, invalid, self.file, channel)
 
 
-def _numbers(values: Any, invalid: Any, file: str, channel: str) -> NDArray[np.float64]:
+def _numbers(values: Any, invalid: Any, file: str, channel: str) -> Array:
     if values.dtype.kind not in "iufb" or values.ndim != 1:
         raise LogError("holds text or arrays where numbers are needed", file=file, column=channel)
-    numbers: NDArray[np.float64] = values.astype(np.float64)
+    numbers: Array = values.astype(np.float64)
     bad = ~np.isfinite(numbers)
     if invalid is not None:
         bad |= np.asarray(invalid, dtype=np.bool_)

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import LogError
 from ramsight.logs.clock_units import DAY
 from ramsight.logs.lines import Advance, check_file, first_line
@@ -98,12 +98,12 @@ class ParquetSource(TableSource):
             return []  # `rows` says it
         return list(found)
 
-    def first_stamps(self, names: Sequence[str]) -> NDArray[np.float64]:
+    def first_stamps(self, names: Sequence[str]) -> Array:
         """The times in the first rows of a column of time stamps [s]."""
         column = self._first(names[-1])
         return np.empty(0) if column is None else self._seconds(column)
 
-    def first_numbers(self, name: str) -> NDArray[np.float64]:
+    def first_numbers(self, name: str) -> Array:
         """The numbers in the first rows of a column, NaN where there is none."""
         column = self._first(name) if self._is_number(self._schema.field(name).type) else None
         return np.empty(0) if column is None else self._numbers(column)
@@ -126,7 +126,7 @@ class ParquetSource(TableSource):
     def _is_stamp(self, kind: Any) -> bool:
         return bool(self._arrow.types.is_timestamp(kind) or self._arrow.types.is_duration(kind))
 
-    def _seconds(self, column: Any) -> NDArray[np.float64]:
+    def _seconds(self, column: Any) -> Array:
         """Seconds of time stamps from the midnight before the first of all."""
         stamps = self._arrow.types.is_timestamp(column.type)
         kind = self._arrow.timestamp("ns", column.type.tz) if stamps else self._arrow.duration("ns")
@@ -139,6 +139,6 @@ class ParquetSource(TableSource):
         counted = ticks.fill_null(self._since).to_numpy(zero_copy_only=False) - self._since
         return np.where(missing, np.nan, counted / NANOSECONDS)
 
-    def _numbers(self, column: Any) -> NDArray[np.float64]:
+    def _numbers(self, column: Any) -> Array:
         values = column.cast(self._arrow.float64(), safe=False).to_numpy(zero_copy_only=False)
         return np.where(np.isfinite(values), values, np.nan)

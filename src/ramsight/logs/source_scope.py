@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ramsight.arrays import Array
 from ramsight.errors import LogError
 from ramsight.logs.digits import decimal
 from ramsight.logs.header import split
 from ramsight.logs.lines import cut_short, line_blocks, printable
 from ramsight.logs.packed import Unpacked
-from ramsight.logs.source_groups import Array, Group, GroupSource, Recorded
+from ramsight.logs.source_groups import Group, GroupSource, Recorded
 
 _NAME, _UNIT = "Name", "Unit"
 _MARKS = ("SampleTime[ms]", "Starttime of export", "StartRecord", "EndRecord", "Endtime of export")

@@ -9,7 +9,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ramsight.arrays import Array
 
 _DATE = r"(?:([0-9]{4})[-/.]([0-9]{1,2})[-/.]([0-9]{1,2})|([0-9]{1,2})([-/.])([0-9]{1,2})[-/.]([0-9]{4}|[0-9]{2}))"
 _ZONE = r"(Z|UTC|[+-][0-9]{2}:?[0-9]{2})"
@@ -121,7 +122,7 @@ def form_of(text: str) -> Form:
     return Form((_DAY,) if half is not None else (_DAY, 0.5 * _DAY), False, zone is None)
 
 
-def other_order(stamps: NDArray[np.float64]) -> NDArray[np.float64]:
+def other_order(stamps: Array) -> Array:
     """Stamps [s] with day and month changed for each other, the same where the day is no month.
 
     Example:

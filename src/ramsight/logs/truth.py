@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ramsight.logs.channels import POSITION, PRESSURE_A, PRESSURE_B, as_signals
 from ramsight.logs.csv_table import read_timed
-from ramsight.signals import Signals
-
-if TYPE_CHECKING:
-    import xarray
+from ramsight.signals import Dataset, Signals
 
 
-def read_truth(path: str | Path) -> xarray.Dataset:
+def read_truth(path: str | Path) -> Dataset:
     r"""The true position from a CSV file, or from one compressed with gzip if its name ends in ``.gz``.
 
     The file has the columns ``time_s`` and ``position_m``, and perhaps ``pressure_a_pa`` and

@@ -37,12 +37,10 @@ class AssumedDrive(Part):
     ] = 5.0
     # A current's sensor that was not zeroed, or whose zero wanders with its temperature.
     zero: Annotated[
-        float,
-        quantity("N m", "of the torque reported without one, std; learned at rest", least="0 N m", most="1 kN m"),
+        float, quantity("N m", "of the torque reported without one, std; learned at rest", least="0 N m", most="1 kN m")
     ] = 0.0
     zero_walk: Annotated[
-        float,
-        quantity("N m/sqrt(s)", "random walk of that zero", least="0 N m/sqrt(s)", most="10 N m/sqrt(s)"),
+        float, quantity("N m/sqrt(s)", "random walk of that zero", least="0 N m/sqrt(s)", most="10 N m/sqrt(s)")
     ] = 0.0
     # Brushes, cogging, seals of the shaft, gears that do not turn back: what it takes to move a motor that has stood.
     standing: Annotated[
@@ -85,8 +83,7 @@ class AssumedMachine(Part):
         float, quantity("1", "of that exponent of a machine that leaks otherwise, std", least="0", most="0.5")
     ] = 0.15
     leaks_otherwise: Annotated[
-        float,
-        quantity("%", "chance of that, before the first reference", least="0.0001 %", most="90 %"),
+        float, quantity("%", "chance of that, before the first reference", least="0.0001 %", most="90 %")
     ] = 0.1
     leak_walk: Annotated[
         float, quantity("%/sqrt(h)", "change of the leakage in time, std", least="0 %/sqrt(h)", most="100 %/sqrt(h)")
@@ -111,13 +108,11 @@ class AssumedMachine(Part):
         ),
     ] = 0.015
     unseen_load: Annotated[
-        float,
-        quantity("%", "change at rest, where nothing shows it, over the same, std", least="0.1 %", most="200 %"),
+        float, quantity("%", "change at rest, where nothing shows it, over the same, std", least="0.1 %", most="200 %")
     ] = 0.25
     # Worn poppets and checks let 2 to 10 ml/min pass at 250 bar, new ones 5 drops a minute.
     closed_leakage: Annotated[
-        float,
-        quantity("ml/min", "past closed valves at 250 bar, unknown, std", least="0 ml/min", most="10000 ml/min"),
+        float, quantity("ml/min", "past closed valves at 250 bar, unknown, std", least="0 ml/min", most="10000 ml/min")
     ] = 5e-6 / 60.0
     # Oil in a cylinder is neither in the tank nor as warm, and a hose expands otherwise than steel.
     expansion: Annotated[
@@ -185,8 +180,7 @@ class AssumedPower(Part):
 
     # Current sensors of inverters have 1 ... 2 % of their range.
     std: Annotated[
-        float,
-        quantity("%", "noise, over torque_r speed_r, std; 0 where there is none", least="0 %", most="20 %"),
+        float, quantity("%", "noise, over torque_r speed_r, std; 0 where there is none", least="0 %", most="20 %")
     ] = 0.0
     gain: Annotated[
         float, quantity("%", "of the reading and of the torque together, std", least="0.1 %", most="30 %")
@@ -207,14 +201,12 @@ class AssumedMotorTemperature(Part):
 
     # 10 K between a sensor in the windings and the magnets, and a tenth of the coefficient at 60 K.
     std: Annotated[
-        float,
-        quantity("%", "of the torque's gain that is left, std; 0 where there is none", least="0 %", most="30 %"),
+        float, quantity("%", "of the torque's gain that is left, std; 0 where there is none", least="0 %", most="30 %")
     ] = 0.0
     # Neodymium magnets lose 0.09 to 0.12 % of their remanence a kelvin, ferrites 0.2 %.
     loss: Annotated[float, quantity("1/K", "of the torque's constant", least="0 1/K", most="0.01 1/K")] = 1.1e-3
     reference: Annotated[
-        float,
-        quantity("degC", "for which the drive knows that constant", least="-40 degC", most="200 degC"),
+        float, quantity("degC", "for which the drive knows that constant", least="-40 degC", most="200 degC")
     ] = 298.15
 
 

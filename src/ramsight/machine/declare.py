@@ -39,12 +39,7 @@ class Quantity:
     @property
     def range(self) -> str:
         """The allowed range in the units it was declared in, for example ``at least 1 mm, at most 1 m``."""
-        words = (
-            ("above", self.above),
-            ("at least", self.least),
-            ("below", self.below),
-            ("at most", self.most),
-        )
+        words = (("above", self.above), ("at least", self.least), ("below", self.below), ("at most", self.most))
         return ", ".join(f"{word} {bound}" for word, bound in words if bound is not None)
 
     def read(self, value: Any, *, from_file: bool = False) -> float | int:

@@ -40,11 +40,7 @@ def machine_html(title: str, description: str, units: Mapping[str, Sized]) -> st
 
 
 def unit_html(unit: Sized) -> str:
-    """A unit's description as HTML.
-
-    Args:
-        unit: the description.
-    """
+    """A unit's description as HTML."""
     return card(f"unit with the circuit {unit.circuit}", _sizes(unit), circuit_picture(unit, "unit"))
 
 

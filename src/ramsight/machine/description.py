@@ -15,12 +15,12 @@ from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import Part, walk, with_models
 from ramsight.machine.declare import refuse
 from ramsight.machine.efficiencies import read_efficiencies
-from ramsight.machine.heat_description import Heat
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.parts import (
     AnticavitationValve,
     Cylinder,
     Drive,
+    Heat,
     Hose,
     Load,
     Manifold,

@@ -11,13 +11,7 @@ from functools import lru_cache
 from ramsight.machine.declare import refuse
 from ramsight.units import to_si
 
-COLUMNS = (
-    "pressure_bar",
-    "speed_rpm",
-    "viscosity_mm2s",
-    "volumetric_efficiency",
-    "hydromechanical_efficiency",
-)
+COLUMNS = ("pressure_bar", "speed_rpm", "viscosity_mm2s", "volumetric_efficiency", "hydromechanical_efficiency")
 _UNITS = ("bar", "rpm", "mm2/s", "1", "1")
 _LEAST, _MOST = (0.001, 0.01, 0.01, 0.001, 0.001), (1e4, 3e4, 1e5, 1.0, 1.0)
 _RANGES = tuple((to_si(low, unit), to_si(high, unit)) for low, high, unit in zip(_LEAST, _MOST, _UNITS, strict=True))

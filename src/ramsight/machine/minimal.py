@@ -27,9 +27,6 @@ _SMALL = 2  # values up to which a part has no table of its own: short enough to
 def example_of(circuit: str) -> tuple[Machine, str]:
     """A machine of the catalogue with a circuit, and the unit that has it.
 
-    Args:
-        circuit: its name.
-
     Raises:
         UnknownNameError: there is no such circuit, or no machine has it.
     """
@@ -45,13 +42,7 @@ def example_of(circuit: str) -> tuple[Machine, str]:
 
 
 def alone(machine: Machine, unit: str, name: str) -> Machine:
-    """A machine with one unit of another, by another name, and no mechanism.
-
-    Args:
-        machine: the other machine.
-        unit: its unit.
-        name: what the unit is called here.
-    """
+    """A machine with one unit of another, by another name, and no mechanism."""
     return machine.model_copy(update={"units": {name: machine.unit(unit)}, "linkage": None})
 
 

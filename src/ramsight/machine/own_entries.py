@@ -18,7 +18,6 @@ class Checked:
     """An entry that was checked.
 
     Attributes:
-        path: its file.
         what: its kind and name; "" if it has none.
         errors: why it cannot be used, a line each.
         cautions: what is missing or worth a second look, a line each.

@@ -9,7 +9,6 @@ from pydantic import Field, model_validator
 
 from ramsight.machine.base import Part
 from ramsight.machine.declare import Model, count, quantity, refuse
-from ramsight.machine.electrics import ELECTRICS
 from ramsight.machine.pump_description import Drive, Pump
 from ramsight.machine.valve_description import AnticavitationValve, ReliefValve, SafetyValve
 
@@ -27,8 +26,7 @@ class Hose(Part):
     length: Annotated[float, quantity("m", "length, for the resistance", least="0.001 m", most="100 m")]
     diameter: Annotated[float, quantity("mm", "inner diameter, for the resistance", above="1 mm", most="200 mm")]
     effective_bulk_modulus: Annotated[
-        float,
-        quantity("GPa", "bulk modulus of oil and hose wall together", least="0.001 GPa", most="5 GPa"),
+        float, quantity("GPa", "bulk modulus of oil and hose wall together", least="0.001 GPa", most="5 GPa")
     ]
     stiffening: Annotated[
         float,
@@ -69,18 +67,13 @@ class Oil(Part):
     viscosity_100c: Annotated[
         float, quantity("mm2/s", "kinematic viscosity at 100 °C", above="0.5 mm2/s", most="200 mm2/s")
     ]
-    density: Annotated[
-        float,
-        quantity("kg/m3", "density at 15 °C", least="500 kg/m3", most="2000 kg/m3"),
-    ]
+    density: Annotated[float, quantity("kg/m3", "density at 15 °C", least="500 kg/m3", most="2000 kg/m3")]
     bulk_modulus: Annotated[float, quantity("GPa", "bulk modulus of the oil itself", least="0.05 GPa", most="5 GPa")]
     min_temperature: Annotated[
-        float,
-        quantity("degC", "lowest temperature the data hold for", least="-60 degC", most="40 degC"),
+        float, quantity("degC", "lowest temperature the data hold for", least="-60 degC", most="40 degC")
     ]
     max_temperature: Annotated[
-        float,
-        quantity("degC", "highest temperature the data hold for", least="40 degC", most="200 degC"),
+        float, quantity("degC", "highest temperature the data hold for", least="40 degC", most="200 degC")
     ]
     thermal_expansion: Annotated[
         float,
@@ -132,28 +125,20 @@ class Cylinder(Part):
     ]
     viscous_friction: Annotated[
         float,
-        quantity(
-            "kN/(m/s)",
-            "friction added per velocity, per cylinder",
-            least="0 kN/(m/s)",
-            most="10000 kN/(m/s)",
-        ),
+        quantity("kN/(m/s)", "friction added per velocity, per cylinder", least="0 kN/(m/s)", most="10000 kN/(m/s)"),
     ]
     pressure_friction: Annotated[
-        float,
-        quantity("%", "friction added, over the force of the pressures; 0 for none", least="0 %", most="20 %"),
+        float, quantity("%", "friction added, over the force of the pressures; 0 for none", least="0 %", most="20 %")
     ] = 0.0
     stribeck_velocity: Annotated[
         float,
         quantity("mm/s", "velocity over which breakaway fades to Coulomb friction", least="0.001 mm/s", most="1 m/s"),
     ] = 5e-3
     end_stop_stiffness: Annotated[
-        float,
-        quantity("kN/mm", "stiffness of an end stop, per cylinder", least="1 kN/mm", most="100000 kN/mm"),
+        float, quantity("kN/mm", "stiffness of an end stop, per cylinder", least="1 kN/mm", most="100000 kN/mm")
     ] = 2.5e8
     end_stop_damping: Annotated[
-        float,
-        quantity("kN/(m/s)", "damping of an end stop, per cylinder", least="0 kN/(m/s)", most="1e6 kN/(m/s)"),
+        float, quantity("kN/(m/s)", "damping of an end stop, per cylinder", least="0 kN/(m/s)", most="1e6 kN/(m/s)")
     ] = 5e5
     rod_a: Annotated[
         float, quantity("mm", "diameter of a second rod, through the A side; 0 for none", least="0 mm", below="1 m")
@@ -166,12 +151,10 @@ class Cylinder(Part):
     ] = 0.0
 
     cushion_length_a: Annotated[
-        float,
-        quantity("mm", "end cushion of side A, before the rod is in; 0 for none", least="0 mm", most="200 mm"),
+        float, quantity("mm", "end cushion of side A, before the rod is in; 0 for none", least="0 mm", most="200 mm")
     ] = 0.0
     cushion_length_b: Annotated[
-        float,
-        quantity("mm", "end cushion of side B, before the rod is out; 0 for none", least="0 mm", most="200 mm"),
+        float, quantity("mm", "end cushion of side B, before the rod is out; 0 for none", least="0 mm", most="200 mm")
     ] = 0.0
     cushion_plunger_a: Annotated[float, quantity("mm", "diameter of side A's plunger", least="0 mm", below="1 m")] = 0.0
     cushion_plunger_b: Annotated[
@@ -250,6 +233,103 @@ class Load(Part):
     ]
 
 
+#: what a unit of some kW has where nobody says more: a tank of 20 l and 10 kg of steel [J/K], 0.3 m2 of cases and 1 m2
+#: of tank at 10 and 15 W/m2/K [W/K]
+TANK, CASE_TO_AIR, TANK_TO_AIR = 37e3, 3.0, 15.0
+
+
+class Heat(Part):
+    """Heat stores: the pumps' cases, which leakage and friction of the pumps warm, and the tank."""
+
+    case: Annotated[
+        float, quantity("kJ/K", "heat capacity of the pumps' cases with their oil", least="0.05 kJ/K", most="1000 kJ/K")
+    ]
+    case_to_tank: Annotated[
+        float, quantity("W/K", "from cases to tank, by the oil that passes the pumps", least="1 W/K", most="1e5 W/K")
+    ]
+    tank: Annotated[
+        float, quantity("kJ/K", "heat capacity of the tank with its oil", least="0.1 kJ/K", most="1e5 kJ/K")
+    ] = TANK
+    case_to_air: Annotated[float, quantity("W/K", "from the cases to the air", least="0 W/K", most="1e4 W/K")] = (
+        CASE_TO_AIR
+    )
+    tank_to_air: Annotated[float, quantity("W/K", "from the tank to the air", least="0 W/K", most="1e5 W/K")] = (
+        TANK_TO_AIR
+    )
+
+
+# Around the hydraulics of a bench: motor, controller, battery, instruments. No equation uses them. They stand in the
+# catalogue so that a bench is known by its parts, and so that what an instrument can tell is a number.
+
+
+class Motor(Part):
+    """Electric motor."""
+
+    family: ClassVar[str] = "motor"
+
+    rated_torque: Annotated[
+        float, quantity("N m", "torque that it gives for ever", least="0.001 N m", most="10000 N m")
+    ]
+    peak_torque: Annotated[
+        float, quantity("N m", "torque that it gives for seconds", least="0.001 N m", most="20000 N m")
+    ]
+    max_speed: Annotated[float, quantity("rpm", "highest speed", least="1 rpm", most="30000 rpm")]
+    moment_of_inertia: Annotated[
+        float, quantity("kg m2", "of the rotor alone", least="1e-8 kg m2", most="100 kg m2")
+    ]  # fmt: skip
+
+
+class MotorController(Part):
+    """Controller of a motor, as its bus tells speed and torque."""
+
+    family: ClassVar[str] = "motor controller"
+
+    speed_step: Annotated[float, quantity("rpm", "step of the reported speed", least="1e-6 rpm", most="100 rpm")]
+    torque_step: Annotated[float, quantity("N m", "step of the reported torque", least="1e-6 N m", most="100 N m")]
+    torque_accuracy: Annotated[
+        float, quantity("%", "of the reported torque, over the motor's rated one", least="0.0001 %", most="50 %")
+    ]
+    period: Annotated[float, quantity("ms", "between two reports", least="0.01 ms", most="10 s")]
+
+
+class Battery(Part):
+    """Battery; several modules in series are one."""
+
+    family: ClassVar[str] = "battery"
+
+    voltage: Annotated[float, quantity("V", "nominal voltage", least="0.1 V", most="2000 V")]
+    capacity: Annotated[float, quantity("A h", "nominal capacity", least="0.001 A h", most="10000 A h")]
+
+
+class PressureSensor(Part):
+    """Pressure sensor."""
+
+    family: ClassVar[str] = "pressure sensor"
+
+    span: Annotated[float, quantity("bar", "measuring range", least="0.001 bar", most="10000 bar")]
+    accuracy: Annotated[float, quantity("%", "of the span, either way", least="0.0001 %", most="20 %")]
+
+
+class Thermometer(Part):
+    """Temperature sensor."""
+
+    family: ClassVar[str] = "temperature sensor"
+
+    accuracy: Annotated[float, quantity("delta_K", "either way", least="0.0001 K", most="50 K")]
+
+
+class PositionSensor(Part):
+    """Sensor of a length."""
+
+    family: ClassVar[str] = "position sensor"
+
+    span: Annotated[float, quantity("mm", "measuring length", least="1 mm", most="100 m")]
+    accuracy: Annotated[float, quantity("%", "of the span, either way", least="0.0001 %", most="20 %")]
+    step: Annotated[float, quantity("mm", "step of the reported length", least="1e-6 mm", most="100 mm")]
+
+
+ELECTRICS: tuple[type[Part], ...] = (Motor, MotorController, Battery, PressureSensor, Thermometer, PositionSensor)
+"""Kinds of parts that no equation uses."""
 _LISTED: tuple[type[Part], ...] = (Oil, Pump, ReliefValve, AnticavitationValve, SafetyValve, *ELECTRICS)
 #: the classes of parts that the catalogue lists, by kind
 PARTS: dict[str, type[Part]] = {part.family: part for part in _LISTED}

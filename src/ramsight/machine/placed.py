@@ -86,8 +86,7 @@ class PlacedOrifice(Part):
     inlet: Node
     outlet: Node
     rated_flow: Annotated[
-        float,
-        quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min"),
+        float, quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min")
     ]
     rated_pressure_drop: Annotated[
         float, quantity("bar", "pressure drop at rated_flow", least="0.001 bar", most="1000 bar")
@@ -108,8 +107,7 @@ class PlacedDirectional(Part):
     port_a: Annotated[Node, Field(description="node that is fed at command 1")]
     port_b: Annotated[Node, Field(description="node that is fed at command -1")]
     rated_flow: Annotated[
-        float,
-        quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min"),
+        float, quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min")
     ]
     rated_pressure_drop: Annotated[
         float, quantity("bar", "pressure drop of one open edge at rated_flow", least="0.001 bar", most="100 bar")
@@ -146,8 +144,7 @@ class PlacedLoadSensingPump(PlacedPump):
     kind: Annotated[Literal["load-sensing pump"], Field(description="kind of part")]  # type: ignore[assignment]
     load_line: Annotated[Node, Field(description="node of the sensing line that it answers")]
     margin: Annotated[
-        float,
-        quantity("bar", "of its outlet over the line, where it delivers nothing", above="1 bar", most="100 bar"),
+        float, quantity("bar", "of its outlet over the line, where it delivers nothing", above="1 bar", most="100 bar")
     ]
     cut_off: Annotated[
         float, quantity("bar", "pressure rise where it delivers nothing", above="1 bar", most="1000 bar")

@@ -24,8 +24,7 @@ class Pump(Part):
         float, gearing("pump speed over motor speed, as a number or as teeth", above="0.01", most="100")
     ] = 1.0
     displacement: Annotated[
-        float,
-        quantity("cm3/rev", "displacement of one chamber", least="0.001 cm3/rev", most="5000 cm3/rev"),
+        float, quantity("cm3/rev", "displacement of one chamber", least="0.001 cm3/rev", most="5000 cm3/rev")
     ]
     volumetric_efficiency: Annotated[
         float, quantity("1", "volumetric efficiency at the nominal point", above="0.5", most="1")
@@ -38,12 +37,10 @@ class Pump(Part):
         float, quantity("bar", "pressure difference of the nominal point", least="1 bar", most="1000 bar")
     ]
     nominal_viscosity: Annotated[
-        float,
-        quantity("mm2/s", "kinematic viscosity of the nominal point", above="1 mm2/s", most="1000 mm2/s"),
+        float, quantity("mm2/s", "kinematic viscosity of the nominal point", above="1 mm2/s", most="1000 mm2/s")
     ]
     nominal_density: Annotated[
-        float,
-        quantity("kg/m3", "oil density of the nominal point", least="500 kg/m3", most="2000 kg/m3"),
+        float, quantity("kg/m3", "oil density of the nominal point", least="500 kg/m3", most="2000 kg/m3")
     ]
     no_load_torque: Annotated[
         float, quantity("N m", "friction torque without pressure, per block", least="0 N m", most="1000 N m")
@@ -68,10 +65,7 @@ class Pump(Part):
     hydrodynamic_drag: Annotated[
         float,
         quantity(
-            "N m s2/rad2",
-            "torque per squared pump speed, per block",
-            least="0 N m s2/rad2",
-            most="0.1 N m s2/rad2",
+            "N m s2/rad2", "torque per squared pump speed, per block", least="0 N m s2/rad2", most="0.1 N m s2/rad2"
         ),
     ] = 0.0
     # Tooth belts pass on 97 to 98 % of the torque, V-belts 95 to 97 %; a V-belt creeps by 0.5 to 1 %, a tooth belt not.
@@ -84,8 +78,7 @@ class Pump(Part):
     ] = 0.0
     # Data sheets ask for 0.6 to 0.8 bar; 0 is a pump that fills whatever its inlet's pressure.
     min_inlet_pressure: Annotated[
-        float,
-        quantity("bar", "absolute, from which it fills at max_speed", least="0 bar", most="10 bar"),
+        float, quantity("bar", "absolute, from which it fills at max_speed", least="0 bar", most="10 bar")
     ] = 0.0
     # Flow at the outlet's density is what ISO 4409 takes the volumetric efficiency from.
     compression: Annotated[

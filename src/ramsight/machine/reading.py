@@ -204,12 +204,7 @@ def _resolve(
 
 
 def _read_maps(
-    unit: dict[str, Any],
-    path: str,
-    sources: dict[str, str],
-    file: str,
-    folder: Path,
-    wrong: dict[str, RamsightError],
+    unit: dict[str, Any], path: str, sources: dict[str, str], file: str, folder: Path, wrong: dict[str, RamsightError]
 ) -> None:
     """Put tables of efficiencies in the place of the files that pumps name."""
     parts = unit.get("parts")

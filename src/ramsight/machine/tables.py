@@ -59,9 +59,6 @@ def rows_of(rows: Iterable[tuple[str, ...]]) -> Table:
 def catalogue_entry(name: str) -> RenderableType:
     """Every value of a catalogue entry, with what it is and where it comes from.
 
-    Args:
-        name: name of the entry.
-
     Raises:
         UnknownNameError: the catalogue has no such name.
     """

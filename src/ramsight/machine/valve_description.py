@@ -23,8 +23,7 @@ class ReliefValve(Part):
     model: Model = None
     setting: Annotated[float, quantity("bar", "opening pressure above the tank's", least="1 bar", most="1000 bar")]
     rated_flow: Annotated[
-        float,
-        quantity("l/min", "flow at which override_pressure is stated", least="0.001 l/min", most="10000 l/min"),
+        float, quantity("l/min", "flow at which override_pressure is stated", least="0.001 l/min", most="10000 l/min")
     ]
     override_pressure: Annotated[
         float, quantity("bar", "rise above the setting at rated_flow", least="0.001 bar", most="200 bar")
@@ -39,8 +38,7 @@ class ReliefValve(Part):
         float, quantity("%", "share of the setting from which the pilot leaks", above="10 %", below="100 %")
     ] = 0.85
     reseats: Annotated[
-        float,
-        quantity("%", "share of the setting where it shuts again; 100 % for none", above="10 %", most="100 %"),
+        float, quantity("%", "share of the setting where it shuts again; 100 % for none", above="10 %", most="100 %")
     ] = 1.0
 
 
@@ -54,8 +52,7 @@ class AnticavitationValve(Part):
         float, quantity("bar", "pressure difference at which it opens", least="0 bar", most="20 bar")
     ]
     rated_flow: Annotated[
-        float,
-        quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min"),
+        float, quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min")
     ]
     rated_pressure_drop: Annotated[
         float, quantity("bar", "pressure drop of the open valve at rated_flow", least="0.001 bar", most="100 bar")
@@ -75,8 +72,7 @@ class SafetyValve(Part):
 
     model: Model = None
     rated_flow: Annotated[
-        float,
-        quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min"),
+        float, quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min")
     ]
     rated_pressure_drop: Annotated[
         float, quantity("bar", "pressure drop of the open valve at rated_flow", least="0.001 bar", most="100 bar")

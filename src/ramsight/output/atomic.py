@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import re
+import secrets
+import shutil
+import socket
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ramsight.errors import OutputError, one_line
 from ramsight.optional import check_extra
-from ramsight.output.drafts import draft_of, sweep
-from ramsight.output.flush import flush_folder
-from ramsight.system import flush_file
+from ramsight.system import flush_file, is_alive
 
 
 @contextmanager
@@ -140,3 +143,39 @@ def _settle(draft: Path, target: Path, shown: str) -> None:
     flush_file(draft)
     os.replace(draft, target)
     flush_folder(target.parent)
+
+
+def flush_folder(folder: Path) -> None:
+    """Flush what a folder lists to the disk, where the file system can do that."""
+    with suppress(OSError):
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
+
+
+_NAME = re.compile(r"\.([0-9a-f]{4})-([0-9]+)-[0-9a-f]{8}-(.+)", re.DOTALL)
+
+
+def draft_of(target: Path) -> Path:
+    """A name beside a result for its draft: this machine, this process, something random, and the result's name."""
+    return target.with_name(f".{_here()}-{os.getpid()}-{secrets.token_hex(4)}-{target.name}")
+
+
+def sweep(target: Path) -> None:
+    """Remove the drafts of a result whose processes are gone; those of other machines stay."""
+    with suppress(OSError), os.scandir(target.parent) as entries:
+        for entry in entries:
+            match = _NAME.fullmatch(entry.name)
+            if match is None or match[3] != target.name or match[1] != _here() or is_alive(int(match[2])):
+                continue
+            if entry.is_dir(follow_symlinks=False):
+                shutil.rmtree(entry.path, ignore_errors=True)
+            else:
+                with suppress(OSError):
+                    os.unlink(entry.path)
+
+
+def _here() -> str:
+    return hashlib.sha256(socket.gethostname().encode()).hexdigest()[:4]

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array
+
 DECIMALS = {
     "s": 6,
     "m": 6,
@@ -125,7 +127,7 @@ def _letters(column: Column, name: str, form: str | None) -> Letters:
     return _from_texts(texts)
 
 
-def _fixed(values: NDArray[np.float64], decimals: int) -> Letters:
+def _fixed(values: Array, decimals: int) -> Letters:
     """Numbers below 2**53 units of the last decimal, rounded half to even; NaN is an empty cell."""
     missing = np.isnan(values)
     units = np.rint(np.where(missing, 0.0, values) * 10.0**decimals)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,10 +14,7 @@ from ramsight.output.atomic import atomic_path, suffix_of
 from ramsight.output.cells import Coded
 from ramsight.output.table_file import TABLE_FILES, TABLES, open_table, write_table
 from ramsight.output.table_writer import TableWriter
-from ramsight.signals import Samples, Signals
-
-if TYPE_CHECKING:
-    import xarray
+from ramsight.signals import Dataset, Samples, Signals
 
 DATASETS = (".nc", *TABLES)
 DATASET_FILES = (".nc", *TABLE_FILES)
@@ -32,10 +29,7 @@ class DatasetWriter(Protocol):
 
 @contextmanager
 def open_dataset(
-    path: str | Path,
-    *,
-    variables: Sequence[str] | None = None,
-    words: Mapping[str, Mapping[int, str]] | None = None,
+    path: str | Path, *, variables: Sequence[str] | None = None, words: Mapping[str, Mapping[int, str]] | None = None
 ) -> Iterator[DatasetWriter]:
     """A `Dataset` to be written piece by piece, in the format that the suffix says, whole or not at all.
 
@@ -78,7 +72,7 @@ def open_dataset(
         yield _Table(table, None if suffix == ".mcap" else variables, words or {}, units, one_line(path))
 
 
-def write_dataset(dataset: xarray.Dataset, path: str | Path) -> None:
+def write_dataset(dataset: Dataset, path: str | Path) -> None:
     """A `Dataset` in the format that the suffix says: NetCDF (``.nc``), or a table (``.csv``, ``.csv.gz``).
 
     NetCDF keeps all there is, compressed. In a table the variables over the one dimension are columns, named
@@ -174,7 +168,7 @@ def _columns(dataset: Samples, variables: Sequence[str] | None, shown: str) -> d
     return columns
 
 
-def _write_netcdf(dataset: xarray.Dataset, path: str | Path) -> None:
+def _write_netcdf(dataset: Dataset, path: str | Path) -> None:
     encoding = {
         str(name): {"zlib": True, "complevel": 4, "shuffle": True}
         for name, variable in dataset.variables.items()

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ramsight.errors import OutputError, one_line
-from ramsight.output.drafts import draft_of, sweep
+from ramsight.output.atomic import draft_of, sweep
 
 
 def check_folder(out: Path) -> None:

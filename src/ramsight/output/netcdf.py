@@ -4,28 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
 from ramsight.errors import OutputError
 from ramsight.optional import needing
 from ramsight.output.forgiving import ForgivingFile
-from ramsight.signals import Samples, Signals
-
-if TYPE_CHECKING:
-    import xarray
+from ramsight.signals import Dataset, Samples, Signals
 
 _CHUNK = 1 << 15
 
 
 class NetcdfPieces:
-    """A NetCDF file whose one dimension grows.
-
-    Args:
-        path: the file.
-        shown: what messages call it.
-    """
+    """A NetCDF file whose one dimension grows."""
 
     def __init__(self, path: Path, shown: str) -> None:
         with needing("datasets"):
@@ -63,7 +55,7 @@ class NetcdfPieces:
         self._length = after
         self._disk.check()
 
-    def _begin(self, piece: xarray.Dataset, dim: str) -> None:
+    def _begin(self, piece: Dataset, dim: str) -> None:
         self._file.dimensions[dim] = None
         for name, value in piece.attrs.items():
             self._file.attrs[str(name)] = value
@@ -86,7 +78,7 @@ class NetcdfPieces:
                 made.attrs[str(key)] = value
 
 
-def write_netcdf(dataset: xarray.Dataset, path: Path, encoding: Mapping[str, Mapping[str, Any]]) -> None:
+def write_netcdf(dataset: Dataset, path: Path, encoding: Mapping[str, Mapping[str, Any]]) -> None:
     """A whole `Dataset` as xarray writes it.
 
     Args:

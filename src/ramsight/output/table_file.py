@@ -5,15 +5,18 @@ from __future__ import annotations
 import gzip
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import IO
+from typing import IO, Any, Self
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import one_line
 from ramsight.output.atomic import atomic_path, suffix_of
 from ramsight.output.cells import Coded, Column, quoted, rows_text
-from ramsight.output.table_writer import TableWriter, installed, part
+from ramsight.output.table_writer import TableWriter, clock_of, installed, numbers, part
 
 TABLES = (".csv", ".csv.gz")
 TABLE_FILES = (*TABLES, ".parquet", ".mf4", ".mcap")
@@ -56,16 +59,9 @@ def open_table(
     suffix = suffix_of(path, TABLE_FILES)
     check_installed(path)
     with atomic_path(path) as draft:
-        if suffix == ".parquet":
-            from ramsight.output.parquet import ParquetTable
-
-            writer: TableWriter = ParquetTable(draft, units if units is not None else {})
-            with writer as open_writer:  # type: ignore[attr-defined]
-                yield open_writer
-        elif suffix == ".mf4":
-            from ramsight.output.mdf import MdfTable
-
-            with MdfTable(draft, units if units is not None else {}) as open_writer:
+        if suffix in (".parquet", ".mf4"):
+            kind = ParquetTable if suffix == ".parquet" else MdfTable
+            with kind(draft, units if units is not None else {}) as open_writer:
                 yield open_writer
         elif suffix == ".mcap":
             from ramsight.output.mcap import McapTable
@@ -143,3 +139,88 @@ def check_installed(path: str | Path) -> None:
     for suffix, (package, extra) in _PACKAGES.items():
         if Path(path).name.endswith(suffix):
             installed(package, extra, path)
+
+
+class ParquetTable(TableWriter):
+    """A Parquet file, a row group a piece; words are a dictionary column, units stand in the fields' metadata."""
+
+    def __init__(self, path: Path, units: Mapping[str, str]) -> None:
+        self._path, self._units = path, units
+        self._arrow: Any = installed("pyarrow", "logs", path)
+        self._parquet: Any = installed("pyarrow.parquet", "logs", path)
+        self._writer: Any = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._writer is not None:
+            self._writer.close()
+
+    def _write(self, columns: dict[str, Column]) -> None:
+        arrays = [self._array(column) for column in columns.values()]
+        if self._writer is None:
+            fields = [
+                self._arrow.field(name, array.type, metadata={"unit": self._units.get(name, "")})
+                for name, array in zip(columns, arrays, strict=True)
+            ]
+            self._schema = self._arrow.schema(fields)
+            self._writer = self._parquet.ParquetWriter(
+                self._path, self._schema, compression="zstd", write_page_checksum=True
+            )
+        self._writer.write_table(self._arrow.Table.from_arrays(arrays, schema=self._schema))
+
+    def _array(self, column: Column) -> Any:
+        if isinstance(column, Coded):
+            words, places = column.places()
+            return self._arrow.DictionaryArray.from_arrays(places.astype(np.int32), words)
+        values = numbers(column)
+        if values.dtype.kind == "f":
+            return self._arrow.array(values, from_pandas=True)  # NaN is null, as an empty cell is
+        return self._arrow.array(values if values.dtype.kind in "iub" else values.tolist())
+
+
+class MdfTable(TableWriter):
+    """An MDF 4.10 file; the clock is the column ``time_s``, words are a conversion of whole numbers."""
+
+    def __init__(self, path: Path, units: Mapping[str, str]) -> None:
+        self._path, self._units = path, units
+        self._asammdf: Any = installed("asammdf", "logs", path)
+        self._mdf: Any = self._asammdf.MDF(version="4.10")
+        self._mdf.header.start_time = datetime(1970, 1, 1, tzinfo=UTC)  # a track has no date
+        self._begun = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            if kind is None:
+                self._mdf.save(self._path, overwrite=True, compression=2)
+        finally:
+            self._mdf.close()
+
+    def _write(self, columns: dict[str, Column]) -> None:
+        time, others = clock_of(columns)
+        if not self._begun:
+            signals = [self._signal(name, column, time) for name, column in others.items()]
+            self._mdf.append(signals, comment="ramsight", common_timebase=True)
+            self._begun = True
+        elif len(time):
+            self._mdf.extend(0, [(time, None), *((_values(column), None) for column in others.values())])
+
+    def _signal(self, name: str, column: Column, time: Array) -> Any:
+        conversion: dict[str, Any] | None = None
+        if isinstance(column, Coded):
+            conversion = {"default": b""}
+            for place, (code, word) in enumerate(sorted(column.words.items())):
+                conversion |= {f"val_{place}": float(code), f"text_{place}": word.encode("utf-8")}
+        return self._asammdf.Signal(
+            samples=_values(column), timestamps=time, name=name, unit=self._units.get(name, ""), conversion=conversion
+        )
+
+
+def _values(column: Column) -> NDArray[Any]:
+    if isinstance(column, Coded):
+        return np.asarray(column.codes)
+    return column if column.dtype.kind in "iuf" else column.astype(np.uint8 if column.dtype.kind == "b" else "S")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import OutputError, one_line
 from ramsight.optional import imported
 from ramsight.output.cells import Coded, Column
@@ -58,7 +59,7 @@ def numbers(column: NDArray[Any]) -> NDArray[Any]:
 _CLOCKS = ("time_s", "time")
 
 
-def clock_of(columns: Mapping[str, Column]) -> tuple[NDArray[np.float64], dict[str, Column]]:
+def clock_of(columns: Mapping[str, Column]) -> tuple[Array, dict[str, Column]]:
     """The time of some rows, their number where no column is a clock, and the other columns."""
     clock = next((name for name in _CLOCKS if name in columns), None)
     length = max((len(column) for column in columns.values()), default=0)

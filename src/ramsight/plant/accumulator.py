@@ -46,7 +46,6 @@ class Accumulator:
     """A gas-loaded accumulator at a node.
 
     Args:
-        name: of the part.
         node: where it is.
         volume: of the gas at its precharge [m3].
         precharge: absolute [Pa].

@@ -85,7 +85,7 @@ class AsBuilt:
             viscous_friction=unit.cylinder.viscous_friction * self.friction,
         )
         oil = replace(unit.oil, bulk_modulus=unit.oil.bulk_modulus * self.stiffness)
-        changed: Any = replace(unit.mapped(self._part), oil=oil, cylinder=cylinder)  # type: ignore[type-var]
+        changed: Any = replace(unit.mapped(self._part), oil=oil, cylinder=cylinder)
         return changed  # type: ignore[no-any-return]
 
     def _part(self, part: Any) -> Any:  # a part of any kind, changed to one of its kind

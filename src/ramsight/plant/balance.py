@@ -26,8 +26,8 @@ from typing import Any, cast
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.elimination import eliminate
 from ramsight.expression import Condition, Flag, Matrix, Real, Scalar, Vector
 from ramsight.plant.circuit import TANK, WARMING, Circuit, command_of
@@ -35,8 +35,6 @@ from ramsight.plant.drive import IdealDrive
 from ramsight.plant.heat import case_losses
 from ramsight.plant.oil import ATMOSPHERE, Oil
 from ramsight.plant.unit import HydraulicUnit, initial_state
-
-Array = NDArray[np.float64]
 
 FACTORS = ("leak", "displacement", "compliance")
 """Factors by which a machine may differ from its data sheet: leakage and displacement of its pumps, and what oil and
@@ -132,9 +130,6 @@ class Solution:
 class Balance:
     """The balance of a unit.
 
-    Args:
-        unit: the unit, whatever its circuit.
-
     Attributes:
         unit: without mass and end stops, with a motor whose speed is what is reported.
         states: names of the states; the position is the first.
@@ -157,7 +152,7 @@ class Balance:
         cylinder = replace(unit.cylinder, stop_stiffness=0.0, mass=_MASSLESS * unit.cylinder.mass)
         changed: dict[str, Any] = {"cylinder": cylinder, "drive": IdealDrive("drive", unit.drive.inertia)}
         self.mass = float(unit.cylinder.mass)
-        self.unit: Any = replace(unit, **changed)  # type: ignore[type-var]
+        self.unit: Any = replace(unit, **changed)
         circuit = Circuit(self.unit.oil, self.unit.tank_pressure, keep_coefficients=True)
         for part in self.unit.parts():
             circuit.add(part)
@@ -541,7 +536,7 @@ def without_friction(unit: HydraulicUnit) -> HydraulicUnit:
     smooth: dict[str, Any] = dict.fromkeys(("coulomb_friction", "breakaway_friction", "viscous_friction"), 0.0)
     smooth["pressure_friction"] = None
     cylinder = replace(unit.cylinder, **smooth)
-    changed: HydraulicUnit = replace(unit, cylinder=cylinder)  # type: ignore[type-var]
+    changed: HydraulicUnit = replace(unit, cylinder=cylinder)
     return changed
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import TypeVar
 
 from ramsight.argument_kinds import by_kind
 from ramsight.errors import DescriptionError, UnknownNameError
@@ -74,5 +74,4 @@ def required(unit: U, asked: Requirement | None) -> U:
         return unit
     integrity = asked.integrity(unit.assumptions.integrity, float(unit.cylinder.stroke))
     assumptions = unit.assumptions.model_copy(update={"integrity": integrity})
-    changed: U = replace(cast("Any", unit), requirement=asked, assumptions=assumptions)
-    return changed
+    return replace(unit, requirement=asked, assumptions=assumptions)

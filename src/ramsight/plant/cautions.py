@@ -25,10 +25,6 @@ _IDLE = 0.05  # share of the relief pressure that the heaviest load asks for at 
 def cautions(described: Unit, unit: HydraulicUnit) -> tuple[str, ...]:
     """Say what in a valid description an engineer would look at twice.
 
-    Args:
-        described: the description.
-        unit: the unit built from it.
-
     Returns:
         One sentence each; none if nothing stands out.
     """

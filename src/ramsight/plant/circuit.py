@@ -13,8 +13,8 @@ from typing import Protocol, TypeVar, cast
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.expression import Real, Scalar, scalar_symbol
 from ramsight.plant.oil import Oil, held_share, torn_capacity
@@ -59,20 +59,19 @@ class CircuitModel:
     Attributes:
         ode: the equation. Its integrals are `energy.*` [J] and `volume.*` [m3].
         values: the parameters' values, in the order of `ode.parameters`; the oil's temperature is among them.
-        nodes: the nodes that are volumes.
         losses, works: names of the energies that leave through losses and as work.
         commands: parts that are commanded; the command is the parameter `name.command`.
     """
 
     ode: OdeModel
-    values: NDArray[np.float64]
+    values: Array
     nodes: tuple[str, ...]
     losses: tuple[str, ...]
     works: tuple[str, ...]
     tank_flows: tuple[str, ...]
     commands: tuple[str, ...]
 
-    def parameters(self, **changes: float) -> NDArray[np.float64]:
+    def parameters(self, **changes: float) -> Array:
         """The parameters' values with some changed, by name with `__` for the dot."""
         values = self.values.copy()
         for name, value in changes.items():
@@ -87,8 +86,6 @@ class Closed:
     Attributes:
         states: each with its symbol and its rate of change; integrals last.
         motor_speed, motor_acceleration: symbols of the speed that the drive is asked for, and of its slope.
-        parameters: the circuit's.
-        outputs: further quantities.
         nodes, losses, works, tank_flows, commands: as in `CircuitModel`.
     """
 
@@ -363,17 +360,11 @@ class Circuit:
             outputs=closed.outputs,
         )
         return CircuitModel(
-            ode,
-            closed.parameters.values,
-            closed.nodes,
-            closed.losses,
-            closed.works,
-            closed.tank_flows,
-            closed.commands,
+            ode, closed.parameters.values, closed.nodes, closed.losses, closed.works, closed.tank_flows, closed.commands
         )
 
 
-def parameter_values(model: CircuitModel, oil: Oil, tank_pressure: float, parts: Sequence[Part]) -> NDArray[np.float64]:
+def parameter_values(model: CircuitModel, oil: Oil, tank_pressure: float, parts: Sequence[Part]) -> Array:
     """Values of a model's parameters for other parts of the same circuit, without a new equation.
 
     Args:
@@ -395,12 +386,7 @@ def parameter_values(model: CircuitModel, oil: Oil, tank_pressure: float, parts:
 
 
 def shape(oil: Oil, parts: Sequence[Part]) -> tuple[object, ...]:
-    """All that decides a circuit's equation except its numbers; of equal shapes `parameter_values` serves both.
-
-    Args:
-        oil: the oil in it.
-        parts: its parts.
-    """
+    """All that decides a circuit's equation except its numbers; of equal shapes `parameter_values` serves both."""
     return tuple(
         (type(part), tuple((key, None if isinstance(value, float) else (value,)) for key, value in vars(part).items()))
         for part in (oil, *parts)

@@ -72,7 +72,6 @@ class Cylinder:
     """One cylinder, or several that move together, with the mass they carry.
 
     Args:
-        name: of the part.
         node_a, node_b: nodes of the A-side (piston) and B-side (rod) chamber.
         area_a, area_b: piston areas, all cylinders together [m2].
         stroke: [m].
@@ -128,11 +127,7 @@ class Cylinder:
     def friction(self, velocity: Real, force: Real = 0.0) -> Real:
         """Friction force [N] at a velocity [m/s], and a force of the chambers' pressures [N] where it grows with it."""
         friction = friction_force(
-            velocity,
-            self.coulomb_friction,
-            self.breakaway_friction,
-            self.viscous_friction,
-            self.stribeck_velocity,
+            velocity, self.coulomb_friction, self.breakaway_friction, self.viscous_friction, self.stribeck_velocity
         )
         if self.pressure_friction is None:
             return friction

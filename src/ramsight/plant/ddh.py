@@ -8,23 +8,17 @@ lowers; the other one is held open.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ramsight.errors import DescriptionError
-from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.description import DirectDriven, Unit
 from ramsight.machine.parts import Pump as PumpDescription
-from ramsight.machine.requirement_description import Requirement
 from ramsight.plant import described
 from ramsight.plant.circuit import TANK, Part
-from ramsight.plant.cylinder import Cylinder
-from ramsight.plant.drive import Drive
-from ramsight.plant.heat import HeatStores
 from ramsight.plant.hose import Hose, Volume
-from ramsight.plant.linkage.lever import Lever
-from ramsight.plant.oil import Oil
 from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
 
 
@@ -44,57 +38,16 @@ class Side:
         return (self.pump, self.manifold, self.relief, self.anticavitation, self.safety, self.hose)
 
 
-@dataclass(frozen=True)
-class DdhUnit:
-    """The unit's parts and what is common to them.
+@dataclass(frozen=True, kw_only=True)
+class DdhUnit(HydraulicUnit):
+    """The unit's parts on both sides of the cylinder, and what is common to them."""
 
-    Attributes:
-        name: of the unit.
-        lift_sign: +1 if extension lifts the load, -1 if retraction does.
-        max_speed: highest motor speed [rad/s].
-        tank_pressure: absolute [Pa].
-        held: the commanded safety valve's side, "a" or "b".
-        extra: further parts, for example your own, added with `dataclasses.replace`.
-        assumptions: what a sensor assumes of it; no law uses them.
-        lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
-        heat: what the heat of its losses is kept in; None where that is not described.
-        requirement: what its position has to achieve; None where that is not described.
-    """
-
-    name: str
-    oil: Oil
-    tank_pressure: float
-    drive: Drive
-    cylinder: Cylinder
     a: Side
     b: Side
-    lift_sign: float
-    max_speed: float
-    extra: tuple[Part, ...] = ()
-    # Not in the text: tables made from simulated runs are kept by it, and know no assumptions.
-    assumptions: Assumptions = field(default=Assumptions(), repr=False)
-    lever: Lever | None = field(default=None, repr=False)
-    heat: HeatStores | None = field(default=None, repr=False)
-    requirement: Requirement | None = field(default=None, repr=False)
-
-    @property
-    def held(self) -> str:
-        """The side that holds the load."""
-        return "a" if self.lift_sign > 0.0 else "b"
 
     def parts(self) -> tuple[Part, ...]:
         """All parts."""
         return (self.drive, self.cylinder, *self.a.parts(), *self.b.parts(), *self.extra)
-
-    def __str__(self) -> str:
-        from ramsight.plant.built_html import built_line
-
-        return built_line(self)
-
-    def _repr_html_(self) -> str:
-        from ramsight.plant.built_html import built_html
-
-        return built_html(self)
 
     def mapped(self, change: Callable[[Any], Any]) -> DdhUnit:  # as in `HydraulicUnit`
         """The unit with every part of its sides, and every further one, replaced by what `change` makes of it."""
@@ -110,11 +63,6 @@ class DdhUnit:
     def max_velocity(self) -> float:
         """Velocity of the piston at the highest motor speed, without leakage [m/s]."""
         return self.max_speed * self.travel_per_radian
-
-    @property
-    def travel_per_radian(self) -> float:
-        """Ideal travel per motor angle on the load-holding side [m/rad]."""
-        return float(self.held_side.pump.geared_displacement / self.cylinder.area(self.held))
 
 
 def build_ddh(name: str, unit: Unit) -> DdhUnit:

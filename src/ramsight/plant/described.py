@@ -6,7 +6,7 @@ from ramsight.machine import parts as description
 from ramsight.machine import placed
 from ramsight.machine.description import Unit
 from ramsight.machine.efficiencies import read_efficiencies
-from ramsight.machine.heat_description import Heat
+from ramsight.machine.parts import Heat
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.drive import Drive, IdealDrive, ServoDrive, Supply

@@ -36,9 +36,7 @@ class IdealDrive:
     """A motor that follows its speed command exactly and gives the torque that this takes.
 
     Args:
-        name: of the part.
         inertia: of rotor, belt and pumps at the motor shaft [kg m2].
-        supply: what feeds it.
     """
 
     name: str
@@ -59,12 +57,10 @@ class ServoDrive:
     up while the torque is at its limit (back-calculation, Åström and Hägglund, PID Controllers, section 3.5).
 
     Args:
-        name: of the part.
         inertia: of rotor, belt and pumps at the motor shaft [kg m2].
         proportional_gain: k_p [N m/(rad/s)].
         integral_gain: k_i [N m/rad].
         max_torque: limit either way [N m].
-        supply: what feeds it.
     """
 
     name: str

@@ -15,13 +15,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ramsight.machine.heat_description import CASE_TO_AIR, TANK, TANK_TO_AIR
+from ramsight.arrays import Array
+from ramsight.machine.parts import CASE_TO_AIR, TANK, TANK_TO_AIR
 from ramsight.plant.circuit import Part
 from ramsight.plant.pump import Pump
-
-Array = NDArray[np.float64]
 
 ROOM = 293.15  # K; 20 degC, the air where nobody says more
 _INTO_OIL = ".throttling"

@@ -94,7 +94,6 @@ class Leaving:
     side would lose its pressure. Beyond a relief valve's setting the flow is taken to grow in proportion.
 
     Args:
-        unit: the unit.
         side: "a" or "b".
 
     Example:
@@ -149,12 +148,8 @@ class Holding:
 
     A load that presses is held by the unit's held side, one that pulls by the other side, if that has a pump.
 
-    Args:
-        unit: the unit, whatever its circuit.
-
     Attributes:
         stands: whether the rod stands while the motor does, held by a valve.
-        valves: the valves that open for lowering.
         opening_speed: motor speed above which they begin to [rad/s]; 0 without any.
 
     Example:

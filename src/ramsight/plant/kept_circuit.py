@@ -19,16 +19,9 @@ _NAMES = ("nodes", "losses", "works", "tank_flows", "commands")
 
 @lru_cache(maxsize=32)
 def kept_circuit(unit: HydraulicUnit) -> CircuitModel:
-    """The unit's equation with its audit's integrals, as it was kept, or made and kept.
-
-    Args:
-        unit: the unit.
-    """
+    """The unit's equation with its audit's integrals, as it was kept, or made and kept."""
     return kept(
-        key_of("circuit", unit),
-        lambda: circuit(unit, audited=True),
-        _described,
-        lambda found: _restored(found, unit),
+        key_of("circuit", unit), lambda: circuit(unit, audited=True), _described, lambda found: _restored(found, unit)
     )
 
 

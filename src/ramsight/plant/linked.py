@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.errors import DescriptionError
 from ramsight.expression import Real, Scalar, Vector, scalar_symbol
@@ -26,8 +26,6 @@ from ramsight.plant.linkage.motion import WORKS, Moving, moving
 from ramsight.plant.linkage.survey import holding_forces, joints
 from ramsight.plant.symbols import Parameters
 from ramsight.plant.unit import HydraulicUnit, rest_pressures
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

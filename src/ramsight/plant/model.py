@@ -6,17 +6,15 @@ import re
 from typing import Any
 
 import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
 
 from ramsight.argument_kinds import by_kind
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Unit
 from ramsight.plant.build import build
 from ramsight.plant.circuit import CircuitModel
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
 
-Array = NDArray[np.float64]
 _NAME = re.compile(r"(?!(?:null|jac|hess)\Z)[A-Za-z](?:_?[A-Za-z0-9])*_?")  # as CasADi demands it
 
 

@@ -185,7 +185,6 @@ class Oil:
         air: free air at atmospheric pressure over oil [1].
         polytropic: exponent of that air [1].
         pressure_viscosity: Barus coefficient, acts on the pumps' leakage [1/Pa].
-        name: for messages.
         temperatures: lowest and highest that the data hold for [K].
     """
 

@@ -25,7 +25,6 @@ class PilotCheckValve:
     until a further 2 bar at the seat.
 
     Args:
-        name: of the part.
         inlet, outlet: nodes; oil passes freely from inlet to outlet.
         pilot: node whose pressure opens it.
         cracking_pressure: of the free direction, and of the spring [Pa].

@@ -79,7 +79,6 @@ class Pump:
     """A pump/motor between two nodes, driven by the motor through a belt.
 
     Args:
-        name: of the part.
         inlet, outlet: nodes; positive speed moves oil from inlet to outlet.
         displacement: of all its chambers together [m3/rad].
         belt: pump speed over motor speed [1].

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.expression import Scalar, Vector, scalar_symbol
 
 if TYPE_CHECKING:
@@ -58,6 +58,6 @@ class Parameters:
         return ca.vertcat(*self._symbols.values())
 
     @property
-    def values(self) -> NDArray[np.float64]:
+    def values(self) -> Array:
         """The values."""
         return np.array(self._values)

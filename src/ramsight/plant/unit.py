@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from typing import Any, Protocol, cast
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.circuit import TANK, CircuitModel, Part, join
@@ -18,63 +21,77 @@ from ramsight.plant.heat import HeatStores
 from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.oil import ATMOSPHERE, Oil
 from ramsight.plant.pump import Pump
+from ramsight.units import format_si
 
 
-class HydraulicUnit(Protocol):
-    """A unit built from its description.
+@dataclass(frozen=True, kw_only=True)
+class HydraulicUnit(ABC):
+    """A unit built from its description: its parts, and what is common to them.
 
     Attributes:
         name: of the unit.
-        oil: in it.
         tank_pressure: absolute; of a closed circuit, the pressure that it is charged to at rest [Pa].
-        drive: of its pumps.
-        cylinder: that it moves.
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
-        held: the side that holds the load, "a" or "b".
         max_speed: highest motor speed [rad/s].
+        extra: further parts, for example your own, added with `dataclasses.replace`.
         assumptions: what a sensor assumes of it; no law uses them.
         lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
         heat: what the heat of its losses is kept in; None where that is not described.
         requirement: what its position has to achieve; None where that is not described.
     """
 
-    @property
-    def name(self) -> str: ...  # noqa: D102
-    @property
-    def oil(self) -> Oil: ...  # noqa: D102
-    @property
-    def tank_pressure(self) -> float: ...  # noqa: D102
-    @property
-    def drive(self) -> Drive: ...  # noqa: D102
-    @property
-    def cylinder(self) -> Cylinder: ...  # noqa: D102
-    @property
-    def lift_sign(self) -> float: ...  # noqa: D102
-    @property
-    def held(self) -> str: ...  # noqa: D102
+    name: str
+    oil: Oil
+    tank_pressure: float
+    drive: Drive
+    cylinder: Cylinder
+    lift_sign: float
+    max_speed: float
+    extra: tuple[Part, ...] = ()
+    # Not in the text: tables made from simulated runs are kept by it, and know no assumptions.
+    assumptions: Assumptions = field(default=Assumptions(), repr=False)
+    lever: Lever | None = field(default=None, repr=False)
+    heat: HeatStores | None = field(default=None, repr=False)
+    requirement: Requirement | None = field(default=None, repr=False)
 
     @property
-    def max_speed(self) -> float: ...  # noqa: D102
-    @property
-    def assumptions(self) -> Assumptions: ...  # noqa: D102
-    @property
-    def lever(self) -> Lever | None: ...  # noqa: D102
-    @property
-    def heat(self) -> HeatStores | None: ...  # noqa: D102
-    @property
-    def requirement(self) -> Requirement | None: ...  # noqa: D102
+    def held(self) -> str:
+        """The side that holds the load, "a" or "b"."""
+        return "a" if self.lift_sign > 0.0 else "b"
 
-    def __hash__(self) -> int: ...
-
-    @property
+    @cached_property
     def travel_per_radian(self) -> float:
         """Ideal travel per motor angle on the load-holding side [m/rad]."""
+        return float(abs(pumped_into(self, self.held)) / self.cylinder.area(self.held))
 
+    @abstractmethod
     def parts(self) -> tuple[Part, ...]:
         """All parts."""
 
-    def mapped(self, change: Callable[[Any], Any]) -> HydraulicUnit:  # a part of any kind, changed to one of its kind
+    @abstractmethod
+    def mapped(self, change: Callable[[Any], Any]) -> Self:  # a part of any kind, changed to one of its kind
         """The unit with its parts, but for drive and cylinder, replaced by what `change` makes of each."""
+
+    def __str__(self) -> str:
+        return f"unit {self.name}: {', '.join(f'{name} {value}' for name, value in self._sizes())}"
+
+    def _repr_html_(self) -> str:
+        """A card in a notebook: its sizes, and its circuit."""
+        from ramsight.circuit_picture import circuit_picture
+        from ramsight.output.notebook import card
+
+        rows = [*self._sizes(), ("parts", ", ".join(part.name for part in self.parts()))]
+        return card(f"unit {self.name}", rows, circuit_picture(self, self.name))
+
+    def _sizes(self) -> list[tuple[str, str]]:
+        cylinder = self.cylinder
+        return [
+            ("areas A, B", f"{1e6 * cylinder.area_a:.0f}, {1e6 * cylinder.area_b:.0f} mm2"),
+            ("stroke", format_si(cylinder.stroke, "mm", 4)),
+            ("travel of a motor turn", f"{1e3 * self.travel_per_radian * math.tau:.4g} mm"),
+            ("motor", f"up to {format_si(self.max_speed, 'rpm', 4)}"),
+            ("oil", self.oil.name),
+        ]
 
 
 def reach(parts: Sequence[Part], start: str, through: str) -> frozenset[str]:
@@ -131,7 +148,7 @@ def circuit(unit: HydraulicUnit, *, audited: bool = False) -> CircuitModel:
 
 def initial_state(
     unit: HydraulicUnit, model: CircuitModel, position: float, load: float, motor_speed: float = 0.0
-) -> NDArray[np.float64]:
+) -> Array:
     """States of the unit at rest: the held chamber carries the load, the rest has the tank's pressure.
 
     Friction is not strained; a negative load is carried by the other chamber.
@@ -170,10 +187,5 @@ def rest_pressures(unit: HydraulicUnit, nodes: Sequence[str], load: float) -> di
 
 
 def assuming(unit: HydraulicUnit, changes: Mapping[str, Any]) -> HydraulicUnit:
-    """The same unit, of which a sensor assumes something else.
-
-    Args:
-        unit: the unit, a dataclass.
-        changes: of its assumptions, as `Assumptions.replace` takes them.
-    """
-    return cast(HydraulicUnit, replace(cast(Any, unit), assumptions=unit.assumptions.replace(changes)))
+    """The same unit, of which a sensor assumes something else; changes as `Assumptions.replace` takes them."""
+    return replace(unit, assumptions=unit.assumptions.replace(changes))

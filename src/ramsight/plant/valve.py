@@ -53,8 +53,6 @@ class ReliefValve:
     """Opens at its setting; the flow then grows linearly with the pressure.
 
     Args:
-        name: of the part.
-        inlet, outlet: nodes.
         setting: pressure difference at which it opens [Pa].
         conductance: flow per pressure above the setting [m3/s/Pa].
         closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
@@ -106,7 +104,6 @@ class CheckValve:
     """Lets oil pass one way, above a cracking pressure; here as the anti-cavitation valve.
 
     Args:
-        name: of the part.
         inlet, outlet: nodes; oil passes from inlet to outlet only.
         cracking_pressure: pressure difference at which it opens [Pa].
         conductance: Q / sqrt(pressure difference above cracking) [m3/s/sqrt(Pa)].
@@ -137,8 +134,6 @@ class Orifice:
     """A fixed orifice.
 
     Args:
-        name: of the part.
-        inlet, outlet: nodes.
         conductance: Q / sqrt(pressure difference) [m3/s/sqrt(Pa)].
     """
 
@@ -165,7 +160,6 @@ class SafetyValve:
     """A seat valve with free flow towards the cylinder, opened the other way by the motor's speed.
 
     Args:
-        name: of the part.
         pump_side, cylinder_side: nodes; pump side to cylinder side is always free.
         conductance: Q_rated / sqrt(dp_rated) when open [m3/s/sqrt(Pa)].
         opening_speed: motor speed at which the command opens it [rad/s]; a sign gives the direction. It is fully

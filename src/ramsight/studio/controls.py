@@ -11,7 +11,6 @@ from nicegui import ui
 from ramsight.studio.knobs import FAULTS, KINDS, KNOBS, LIE, SENSORS
 from ramsight.studio.playing import DUTIES
 from ramsight.studio.session import Session
-from ramsight.studio.slider import Slider, labelled
 from ramsight.studio.worker import FASTEST
 
 KEYS = (("ArrowUp", "ArrowDown"), ("ArrowRight", "ArrowLeft"))
@@ -20,13 +19,7 @@ _LATCHED = (("lower", -100.0), ("stop", 0.0), ("lift", 100.0))
 
 
 class Controls:
-    """The panels, and how they follow what a scenario sets.
-
-    Args:
-        session: the machine that is controlled.
-        units: its units.
-        signs: lift signs, by unit.
-    """
+    """The panels, and how they follow what a scenario sets."""
 
     def __init__(self, session: Session, units: list[str], signs: Mapping[str, float]) -> None:
         self._session, self._units, self._signs = session, units, signs
@@ -155,3 +148,33 @@ def _panel(title: str) -> ui.element:
 
 def _button(words: str, done: Callable[[], None]) -> ui.button:
     return ui.button(words, on_click=done).props("dense size=sm no-caps")
+
+
+class Slider(ui.slider):
+    """A slider whose value is set by the page; the server hears of it.
+
+    NiceGUI's own is set by what the server sends back. Where keys are pressed, or the thumb is dragged, faster than
+    that comes, an older value takes the slider back, and what was pressed meanwhile is lost.
+    """
+
+    LOOPBACK = False
+
+
+def labelled(words: str, unit: str, least: float, most: float, first: float, step: float) -> Slider:
+    """A slider with its words, unit and value above it.
+
+    Args:
+        words: beside the slider, and its name for whoever does not see them.
+        unit: of its value.
+        least: its lower end.
+        most: its upper end.
+        first: the value that it begins with.
+        step: what a key moves it by.
+    """
+    with ui.row().classes("w-full justify-between text-sm gap-1"):
+        ui.label(f"{words} [{unit}]")
+        shown = ui.label(f"{first:g}").classes("value")
+    slider = Slider(min=least, max=most, step=step, value=first)
+    slider.props(f'dense aria-label="{words} [{unit}]"')
+    slider.on_value_change(lambda e: shown.set_text(f"{e.value:g}"))
+    return slider

@@ -40,7 +40,6 @@ class Row:
         path: dotted, as errors name it.
         text: as it stands in the description; "" if it is not there.
         usual: what holds then: the catalogue's or the default; "" if the description has to say it.
-        meaning: what it is.
         unit, range: as declared; "" for words.
         source: where it comes from.
     """

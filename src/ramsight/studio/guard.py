@@ -44,7 +44,6 @@ class Guard:
     """Middleware: refuses strange hosts, other sites' requests, those without the token, and bodies that are too large.
 
     Args:
-        app: what it guards.
         token: that a browser has to bring once, in the address; None where none is needed: then only names of this
             machine are answered, so that no other site's name can be made to lead here.
         largest: of a request's body [bytes].

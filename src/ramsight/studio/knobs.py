@@ -64,9 +64,7 @@ class Knob:
 
     Attributes:
         name: as `Knobs` has it.
-        words, unit: beside the slider.
         least, most, first, step: its range, the value that it begins with and what a key moves it by, in that unit.
-        factor, offset: from its unit to SI.
     """
 
     name: str

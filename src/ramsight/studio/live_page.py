@@ -11,12 +11,11 @@ from typing import Any
 
 from nicegui import background_tasks, ui
 
-from ramsight.studio.controls import Controls
+from ramsight.studio.controls import Controls, labelled
 from ramsight.studio.prepared import Prepared
 from ramsight.studio.scene import VIEWS, MachineScene
 from ramsight.studio.session import STANDS, Session
 from ramsight.studio.setting import Setting, catalogue_name, query_of
-from ramsight.studio.slider import labelled
 from ramsight.studio.status_bar import status_bar, status_help
 from ramsight.studio.story_panel import StoryPanel
 from ramsight.studio.strips_panel import strips_panel

@@ -13,11 +13,11 @@ from nicegui import run, ui
 from ramsight.log_formats import READABLE
 from ramsight.machine.description import Machine
 from ramsight.studio.files import Shared
-from ramsight.studio.job import Job, Say
 from ramsight.studio.knobs import SENSORS
 from ramsight.studio.map_form import MapForm, entry, is_standard
 from ramsight.studio.markup import scrolled
-from ramsight.studio.thinning import Array, kept, thinned
+from ramsight.studio.spawned import Job, Say
+from ramsight.studio.thinning import Floats, kept, thinned
 from ramsight.studio.uploaded_log import (
     REPORT,
     TRACK,
@@ -56,7 +56,7 @@ class _LogsPage:
         self.job: Job | None = None
         self.looks = ""  # the file that is looked through now
         self.waiting: list[Callable[[], Awaitable[None]]] = []  # what is done once it was
-        self.columns: dict[str, Array] = {}
+        self.columns: dict[str, Floats] = {}
         self.references: list[dict[str, Any]] = []
         self.named: dict[str, ui.label] = {}
         self.client, self.shared = ui.context.client, Shared()

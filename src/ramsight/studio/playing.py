@@ -43,7 +43,6 @@ class Playing:
 
     Args:
         name: of `DUTIES`.
-        lift_signs: by unit.
         speeds: motor speed at a lever's end [rad/s], by unit.
 
     Attributes:

@@ -21,7 +21,6 @@ class Prepared:
     """What all pages of a machine share, made once.
 
     Attributes:
-        described: the machine.
         linked: its mechanism, if it has one.
         circuits: the drawing of each unit that runs, as SVG.
         lines: of each of them, what the page needs to let the oil in its lines move.

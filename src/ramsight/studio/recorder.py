@@ -12,8 +12,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.duty.live import Reported
 from ramsight.errors import OutputError
 from ramsight.logs import write_log
@@ -64,7 +64,7 @@ class Recorder:
             for column in columns.values():
                 del column[: count - self._most]
 
-    def _known_reports(self) -> dict[str, NDArray[np.float64]]:
+    def _known_reports(self) -> dict[str, Array]:
         """The reports since the truth begins; of a drive that was silent older ones are kept."""
         columns = {key: np.array(column) for key, column in self._reports.items()}
         is_known = columns["time"] >= self._truth["time_s"][0]
@@ -74,11 +74,6 @@ class Recorder:
         """Write log, truth and description as a ZIP file, with the command that tracks them.
 
         The log is in CSV and, where the extra `logs` is installed, in MCAP.
-
-        Args:
-            path: of the ZIP file.
-            name: of the unit.
-            toml: the machine's description.
 
         Raises:
             OutputError: the drive has not reported anything yet, or the file cannot be written.

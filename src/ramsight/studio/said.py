@@ -22,7 +22,6 @@ class Said:
     """A status for the eye.
 
     Attributes:
-        text: its words.
         level: of `LEVELS`; ``unchecked`` and ``no report`` are neutral.
     """
 

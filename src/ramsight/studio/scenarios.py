@@ -195,9 +195,7 @@ _THERMOMETER = Scenario(
             _warm,
         ),
         Scene(
-            "The cable is mended. The new temperature is far from the last one: it is not accepted at once.",
-            _ok,
-            _mend,
+            "The cable is mended. The new temperature is far from the last one: it is not accepted at once.", _ok, _mend
         ),
     ),
     "Thermometer and status are back.",
@@ -250,10 +248,7 @@ _SECOND = Scenario(
             lambda view: view.row.second is not None and view.row.second.verdict in ALERTS,
             _slip,
         ),
-        Scene(
-            "The virtual sensor has met its end and is sure. The two are apart, and the alert says so.",
-            _read,
-        ),
+        Scene("The virtual sensor has met its end and is sure. The two are apart, and the alert says so.", _read),
     ),
     "Two sensors of different principles: one wrong sensor is found out at the next end stop.",
     "Give *boom: faulty limit switch* in the controls, and see which of the two the comparison names.",

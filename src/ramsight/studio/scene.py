@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
-from ramsight.drawing.mechanism.bodies import Array, Shapes, hull, shapes
-from ramsight.drawing.mechanism.scenery import Scenery, heap_radius, scenery
-from ramsight.drawing.mechanism.side_view import COLOURS, GHOST, ROCK
+from ramsight.arrays import Array
+from ramsight.drawing.mechanism.bodies import Shapes, hull, shapes
+from ramsight.drawing.mechanism.scenery import COLOURS, GHOST, ROCK, Scenery, heap_radius, scenery
 from ramsight.machine.description import Machine
 from ramsight.plant.linkage import joints, points
 from ramsight.plant.linked import LinkedMachine
@@ -37,7 +37,6 @@ class MachineScene:
     """A scene of one machine.
 
     Args:
-        machine: its description.
         linked: its mechanism; without one a cylinder on a bench is drawn.
     """
 

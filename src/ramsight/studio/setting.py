@@ -40,12 +40,9 @@ class Setting:
         unit: that is shown; None for the first.
         scenario: that plays; None for none.
         knobs: what differs from the first values, in SI, by name.
-        faults: that are on.
-        sensors: that are on.
         duty: that plays; None for none.
         speed: times faster than life.
         holds_oil: whether the oil is held at its temperature.
-        strips: that are shown.
         tab: of `TABS`, that is open.
     """
 
@@ -87,9 +84,6 @@ class Setting:
 
 def read_setting(query: Mapping[str, str]) -> Setting:
     """The setting of a link; one without a word of it is that of a new page.
-
-    Args:
-        query: of the link, by name.
 
     Raises:
         DescriptionError: a value that the page would not take, or a name that it does not have.

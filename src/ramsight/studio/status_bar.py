@@ -19,11 +19,7 @@ _OFF = set(_NAMES) - {"kalman", "balance"}  # hidden until they report something
 
 
 def status_bar(units: list[str]) -> None:
-    """Build the bar; `studio.js` fills it from frames.
-
-    Args:
-        units: of the machine.
-    """
+    """Build the bar; `studio.js` fills it from frames."""
     rows = "".join(
         f'<div class="unit">{"".join(_row(unit, kind, name) for kind, name in _NAMES.items())}</div>' for unit in units
     )

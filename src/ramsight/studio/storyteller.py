@@ -20,9 +20,6 @@ class View:
     """What a scene looks at.
 
     Attributes:
-        rig: the machine.
-        unit: that the story is about.
-        row: its newest sample.
         since: the scene began [s].
     """
 
@@ -68,7 +65,6 @@ class Scene:
     """A part of a scenario.
 
     Attributes:
-        words: shown from its beginning on.
         until: whether it is over.
         act: done to the machine when it begins.
     """
@@ -83,9 +79,6 @@ class Scenario:
     """A story of a machine.
 
     Attributes:
-        title: of its card.
-        sentence: on its card.
-        scenes: in order.
         closing: words at the end.
         try_this: what a visitor can do next.
         pace: times faster than real time.
@@ -105,7 +98,6 @@ class Telling:
 
     Attributes:
         name: of the scenario, as a link has it.
-        words: of the scenes so far.
         over: whether it has ended.
         missed: whether that is because the machine has not shown what was waited for.
     """
@@ -121,8 +113,6 @@ class Storyteller:
 
     Args:
         rig: the machine; it begins again.
-        name: of the scenario, for the page.
-        scenario: that is played.
     """
 
     def __init__(self, rig: Rig, name: str, scenario: Scenario) -> None:
@@ -142,11 +132,7 @@ class Storyteller:
         return self._telling.over
 
     def look(self, rows: Mapping[str, Row]) -> None:
-        """Go on to the next scene if this one is over.
-
-        Args:
-            rows: of the newest sample, by unit.
-        """
+        """Go on to the next scene if this one is over."""
         if self._telling.over:
             return
         row = rows[self._unit]

@@ -21,12 +21,7 @@ _BUTTONS = (
 
 
 def strips_panel(session: Session, units: list[str]) -> None:
-    """Build the panel; `studio.js` draws into it, `timeline.js` knows its buttons.
-
-    Args:
-        session: of the machine.
-        units: of it.
-    """
+    """Build the panel; `studio.js` draws into it, `timeline.js` knows its buttons."""
     with ui.element("section").classes("panel strips min-w-0").props("id=strips"):
         with ui.row().classes("w-full justify-between items-center gap-1"):
             ui.html("<h2>Over time</h2>", sanitize=False)

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+Floats = NDArray[np.floating]
 LOWEST, HIGHEST = "low", "high"
 """Columns of which only the smallest, or the largest, is shown: a band is no narrower than it is."""
 
 
-def keep(folder: Path, columns: Mapping[str, Array]) -> None:
+def keep(folder: Path, columns: Mapping[str, Floats]) -> None:
     """Keep columns, a file each, so that a part of them can be read without the rest.
 
     Args:
@@ -25,13 +25,13 @@ def keep(folder: Path, columns: Mapping[str, Array]) -> None:
         np.save(folder / f"{name}.npy", values)
 
 
-def kept(folder: Path) -> dict[str, Array]:
+def kept(folder: Path) -> dict[str, Floats]:
     """The columns that are kept in a folder; they are read where they are looked at."""
     return {file.stem: np.load(file, mmap_mode="r") for file in sorted(folder.glob("*.npy"))}
 
 
 def thinned(
-    columns: Mapping[str, Array], pixels: int, begin: float | None = None, end: float | None = None
+    columns: Mapping[str, Floats], pixels: int, begin: float | None = None, end: float | None = None
 ) -> dict[str, list[float | None]]:
     """Columns between two times, two values a pixel at most; NaN is None.
 
@@ -67,7 +67,7 @@ def thinned(
     return found
 
 
-def _plain(values: Array) -> list[float | None]:
+def _plain(values: Floats) -> list[float | None]:
     return [
         round(value, 4) if known else None for value, known in zip(values.tolist(), np.isfinite(values), strict=True)
     ]

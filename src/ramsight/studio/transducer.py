@@ -25,9 +25,6 @@ class Compared:
 class Transducer:
     """A position sensor on one rod, with a magnet that may slip.
 
-    Args:
-        unit: its unit.
-
     Attributes:
         slipped: by which it reads too much [m].
     """

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -35,16 +35,14 @@ from ramsight.output.table_file import write_table
 from ramsight.plant.build import build
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
-from ramsight.studio.job import Say
+from ramsight.signals import Dataset
+from ramsight.studio.spawned import Say
 from ramsight.studio.thinning import keep
-from ramsight.tracking.compared_track import error_text, errors_of
+from ramsight.tracking.credible import truth_in
 from ramsight.tracking.end_visits import visits
 from ramsight.tracking.figures import tracked_figure, verbatim
-from ramsight.tracking.true_position import truth_in
+from ramsight.tracking.position_errors import error_text, errors_of
 from ramsight.units import parse
-
-if TYPE_CHECKING:
-    import xarray
 
 VIEW, TRACK, REPORT = "view", "track.csv", "report.html"
 """What is written into a log's folder: columns for the eye, the track, the commissioning's report."""
@@ -67,11 +65,9 @@ class Asked:
     """A log as a visitor asks about it.
 
     Attributes:
-        machine, unit: that the drive turned.
         file: the log; what is written stands beside it.
         truth: file of the true position; None if there is none.
         start: where the piston is at first, in words; "" if unknown.
-        sensor: its kind.
         map_toml: the channel map; "" for a table with the usual columns.
         hindsight: whether all of the log says where the piston was.
     """
@@ -241,7 +237,7 @@ def judge(say: Say, asked: Asked) -> None:
         tell("report", done.text)
 
 
-def columns_of(found: xarray.Dataset, known: xarray.Dataset | None) -> dict[str, Any]:
+def columns_of(found: Dataset, known: Dataset | None) -> dict[str, Any]:
     """A track in mm: `position`, its band `low` to `high`, and with a truth `true` and `error`."""
     position = 1e3 * found["position"].values
     if LOWEST in found:
@@ -257,9 +253,7 @@ def columns_of(found: xarray.Dataset, known: xarray.Dataset | None) -> dict[str,
     return {"time": found["time"].values} | {name: values.astype(np.float32) for name, values in columns.items()}
 
 
-def references(
-    log: xarray.Dataset, found: xarray.Dataset, known: xarray.Dataset | None, stroke: float
-) -> list[dict[str, Any]]:
+def references(log: Dataset, found: Dataset, known: Dataset | None, stroke: float) -> list[dict[str, Any]]:
     """References of a log, in order: end stops that the sensor saw, and those that the log has.
 
     Args:
@@ -286,7 +280,7 @@ def references(
     return result
 
 
-def _draw(asked: Asked, log: xarray.Dataset, found: xarray.Dataset, known: xarray.Dataset | None) -> None:
+def _draw(asked: Asked, log: Dataset, found: Dataset, known: Dataset | None) -> None:
     """The figures of the verb; of a long log every nth sample."""
     every = max(found.sizes["time"] // _DRAWN, 1)
     thin = {"time": slice(None, None, every)}
@@ -297,7 +291,7 @@ def _draw(asked: Asked, log: xarray.Dataset, found: xarray.Dataset, known: xarra
         tracked_figure(log.isel(thin), found.isel(thin), known, title, asked.folder / name)
 
 
-def _truth(asked: Asked) -> xarray.Dataset | None:
+def _truth(asked: Asked) -> Dataset | None:
     if asked.truth is not None:
         return read_truth(asked.truth)
     held = truth_in(asked.file, asked.channel_map)

@@ -13,9 +13,6 @@ from ramsight.studio.draft import Problem
 class Visit:
     """One visitor: his machine, and a folder of his own as long as his page is open.
 
-    Args:
-        machine: that he begins with.
-
     Attributes:
         run_live: lets a machine run on the first tab; why it cannot, or None.
     """

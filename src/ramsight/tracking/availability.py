@@ -7,13 +7,15 @@ alert. (The terms are those of satellite navigation, RTCA DO-229.)
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from ramsight.arrays import Array
 from ramsight.sensor.status import LEAST
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.signals import Samples
 from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT
-from ramsight.tracking.passed_time import PassedTime
 
 __all__ = ["LONGEST_ALERT", "TIME_TO_ALERT", "Availability"]
 
@@ -93,3 +95,36 @@ class Availability:
             f"available {100 * self.share:.1f} % of the time, its bound within {1e3 * self.limit:g} mm; "
             f"{alerts} of more than {self.time_to_alert:g} s{more}"
         )
+
+
+_LONGEST = 1e8  # s, three years; a longer step is a clock that was set, from 1970 or 1601 to now
+
+
+class PassedTime:
+    """Counts the time of a log, piece by piece.
+
+    Attributes:
+        seconds: that have passed [s].
+
+    Example:
+        >>> passed = PassedTime()
+        >>> passed.append(np.array([5.0, 6.0, np.nan, 8.0])).tolist(), passed.append(np.array([2.0, 3.0])).tolist()
+        ([0.0, 1.0, 1.0, 3.0], [3.0, 4.0])
+    """
+
+    def __init__(self) -> None:
+        self.seconds, self._last = 0.0, math.nan
+
+    def append(self, time: Array) -> Array:
+        """Take the times of a piece [s]; how much has passed at each of its samples since the first of all [s]."""
+        known = np.isfinite(time)
+        steps = np.zeros(len(time))
+        with np.errstate(over="ignore"):
+            steps[known] = np.diff(time[known], prepend=self._last if math.isfinite(self._last) else time[known][:1])
+        steps[~((steps > 0.0) & (steps <= _LONGEST))] = 0.0
+        passed = self.seconds + np.cumsum(steps)
+        if known.any():
+            self._last = float(time[known][-1])
+        if len(passed):
+            self.seconds = float(passed[-1])
+        return passed

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.hindsight.forward import gone_through, silent
 from ramsight.hindsight.positions import probabilities
 from ramsight.hindsight.trace import Tracer
@@ -26,7 +26,6 @@ from ramsight.tracking.figures import ESTIMATE, SCREEN, TRUTH, Look, save
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 _COLOURS = {
     Kind.DESCRIBED: "#2a6f97", Kind.LEAKS: "#7a9e3f", Kind.LOW: "#e9b44c", Kind.TOP: "#b0703c",
     Kind.UNKNOWN_POSITION: "#8a94a0",
@@ -42,12 +41,9 @@ class Instant:
 
     Attributes:
         time: [s].
-        why: this instant, in words.
         position: that is shown [m]; NaN while it is unknown.
         low, high: ends of its 95 % band [m].
-        status: of it.
         places, stds: of each hypothesis [m].
-        chances: of each.
     """
 
     time: float

@@ -28,13 +28,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import RISK
-
-Array = NDArray[np.float64]
 
 STEP = 1e-5
 """A tolerance is a multiple of this [m], rounded up."""
@@ -81,7 +80,7 @@ class Channels:
     """
 
     duration: Array
-    checked: NDArray[np.bool_]
+    checked: Bools
     bound: Array
     std: Array
     other_std: float

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ramsight.optional import needing
 from ramsight.output import open_table
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.signals import Dataset
 from ramsight.tracking.comparing import Verdict
 from ramsight.tracking.figures import ERROR, ESTIMATE, STYLE, TRUTH, UNCERTAIN, legend_above, save, shade
-
-if TYPE_CHECKING:
-    import xarray
 
 _SHADES = {Verdict.APART: UNCERTAIN, Verdict.OTHER_WRONG: ESTIMATE, Verdict.VIRTUAL_WRONG: "#8a94a0"}
 
 
-def write_compared(both: xarray.Dataset, path: str | Path) -> None:
+def write_compared(both: Dataset, path: str | Path) -> None:
     """Write both positions, the bound and the verdicts.
 
     Args:
@@ -41,7 +38,7 @@ def write_compared(both: xarray.Dataset, path: str | Path) -> None:
         table.append(columns)
 
 
-def compared_figure(both: xarray.Dataset, title: str, path: str | Path) -> None:
+def compared_figure(both: Dataset, title: str, path: str | Path) -> None:
     """Draw both positions, and their difference within what it may be.
 
     Args:

@@ -17,14 +17,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.recursion import Graph, Recursion, replay
 from ramsight.engine.typed_state import column, initial_values, leaf, leaves, symbols
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, flag, negated, scalar_symbol
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import JUMPS_MOST, MEMORY_TIME, NUMBER_LIMIT, OTHER_FASTEST
-
-Array = NDArray[np.float64]
 
 TOLERANCE, TIME_TO_ALERT = 2e-3, 0.2
 """What a position sensor may be wrong by [m], and for how long two have to be apart [s], unless more is declared."""
@@ -71,7 +70,6 @@ class ComparisonState:
         time: of it [s].
         shown: whether the other sensor had a position at it.
         other: which [m].
-        jumps: of it lately.
         impossible: whether it did what no piston does since they last agreed.
         apart: whether they are apart.
         since: since when [s].

@@ -1,4 +1,4 @@
-"""What of a measured position, or pressure, a piston can have: a sensor that wraps, jumps or freezes is no truth.
+"""The true position of a log, and what of it a piston can have: a sensor that wraps, jumps or freezes is no truth.
 
 A position counts within the stroke, and where it is reached no faster than the piston can go. A stretch without change
 counts for frozen if the pump delivers into the cylinder meanwhile and the torque does not rise to that of the relief
@@ -8,19 +8,24 @@ valve: oil that is pressed against a piston which stands would open it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
 from ramsight.constant import Constant
-from ramsight.errors import warn_of_log
+from ramsight.errors import LogError, warn_of_log
 from ramsight.intervals import true_intervals
-from ramsight.logs.channels import is_command
+from ramsight.logs.channel_map import known_map
+from ramsight.logs.channels import POSITION, is_command
+from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.opening import measured_signals
+from ramsight.logs.truth import truth_signals
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.thresholds import PRESSURE_ABOVE, PRESSURE_BELOW
-from ramsight.signals import Signals
+from ramsight.signals import TIME, Dataset, Samples, Signals
+from ramsight.tracking.position_errors import ComparisonError
 
 OUTSIDE = Constant(0.05, "1", "of the stroke, by which a position may lie outside it: a sensor's zero is never exact")
 _FASTER = Constant(3.0, "1", "times the pump's fastest piston: a load that runs ahead, while valves let it")
@@ -30,12 +35,8 @@ _DELIVERED = Constant(0.1, "1", "of the stroke, that the pump has to deliver bef
 _PRESSED = Constant(0.7, "1", "of the torque at relief pressure, that a piston which is held would have reached")
 _HELD = Constant(0.5, "s", "over which a pressure's mean is judged; noise and spikes are shorter")
 
-if TYPE_CHECKING:
-    import xarray
 
 _NOT_THERE = "is where this piston cannot be"
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,6 @@ class Stretch:
 
     Attributes:
         begins, ends: when [s].
-        why: in words.
     """
 
     begins: float
@@ -74,7 +74,7 @@ def credible_truth(truth: Signals, unit: HydraulicUnit, file: str) -> Signals:
     return truth.rows(good)
 
 
-def credible_run(log: xarray.Dataset, measured: xarray.Dataset, unit: HydraulicUnit, file: str) -> xarray.Dataset:
+def credible_run(log: Dataset, measured: Dataset, unit: HydraulicUnit, file: str) -> Dataset:
     """What was measured along a log, NaN where it is not credible; warns of it.
 
     Args:
@@ -100,7 +100,7 @@ def credible_run(log: xarray.Dataset, measured: xarray.Dataset, unit: HydraulicU
     return result
 
 
-def said_frozen(log: xarray.Dataset, position: Array, unit: HydraulicUnit, file: str) -> NDArray[np.bool_]:
+def said_frozen(log: Dataset, position: Array, unit: HydraulicUnit, file: str) -> Bools:
     """Where `frozen_positions` finds one; a warning names the file."""
     still = frozen_positions(log, position, unit)
     if still.any():
@@ -109,7 +109,7 @@ def said_frozen(log: xarray.Dataset, position: Array, unit: HydraulicUnit, file:
     return still
 
 
-def possible_positions(time: Array, position: Array, unit: HydraulicUnit) -> NDArray[np.bool_]:
+def possible_positions(time: Array, position: Array, unit: HydraulicUnit) -> Bools:
     """Whether the piston can have each position: within the stroke, and reached no faster than it goes.
 
     Without a jump every position counts: one that lies outside the stroke then has another zero, or another unit. The
@@ -147,7 +147,7 @@ def possible_positions(time: Array, position: Array, unit: HydraulicUnit) -> NDA
     return kept
 
 
-def frozen_positions(log: xarray.Dataset, position: Array, unit: HydraulicUnit) -> NDArray[np.bool_]:
+def frozen_positions(log: Dataset, position: Array, unit: HydraulicUnit) -> Bools:
     """Whether the position stands though the pump moves the piston: oil is delivered, and no pressure comes of it.
 
     Args:
@@ -170,7 +170,7 @@ def frozen_positions(log: xarray.Dataset, position: Array, unit: HydraulicUnit) 
     return frozen
 
 
-def possible_pressures(time: Array, pressure: Array, unit: HydraulicUnit) -> NDArray[np.bool_]:
+def possible_pressures(time: Array, pressure: Array, unit: HydraulicUnit) -> Bools:
     """Whether a pressure can be one of the unit's: its mean over half a second above vacuum and below relief.
 
     Args:
@@ -194,7 +194,7 @@ def _fastest(unit: HydraulicUnit) -> float:
     return _FASTER * float(unit.max_speed) * abs(float(unit.travel_per_radian)) * max(areas) / min(areas)
 
 
-def _stretches(time: Array, bad: NDArray[np.bool_], why: str) -> list[Stretch]:
+def _stretches(time: Array, bad: Bools, why: str) -> list[Stretch]:
     return [Stretch(float(time[a]), float(time[b - 1]), why) for a, b in true_intervals(bad)]
 
 
@@ -202,3 +202,77 @@ def _warn(file: str, column: str, stretches: list[Stretch]) -> None:
     longest = max(stretches, key=lambda one: one.ends - one.begins)
     more = f" (and in {len(stretches) - 1} shorter stretches)" if len(stretches) > 1 else ""
     warn_of_log(f"{longest}{more}: left out", file=file, column=column)
+
+
+_FARTHEST = 3.0  # strokes; no measured position of a piston is farther from its retracted end
+
+
+def known_position(
+    truth: str | Path | Dataset | None, log: object, channel_map: ChannelMap | str | Path | None, unit: HydraulicUnit
+) -> Signals | None:
+    """The true position of a log: as it is passed, of a file, or of the log itself.
+
+    Args:
+        truth: a file, or `position` [m] over `time` [s]; None: what the log holds itself, if its map names it.
+        log: a file; anything else holds no true position.
+        channel_map: of the log.
+        unit: whose piston it is.
+
+    Returns:
+        `position` [m] over `time` [s], without samples where this piston cannot be, which a warning names; None if
+        there is none.
+
+    Raises:
+        LogError: a file cannot be read, or has no number there.
+        ComparisonError: no piston of this stroke can have that position.
+    """
+    if truth is None:
+        known = truth_in(log, channel_map)
+    else:
+        known = truth_signals(truth) if isinstance(truth, str | Path) else Signals.of(truth)
+    if known is None:
+        return None
+    source = next((str(one) for one in (truth, log) if isinstance(one, str | Path)), "true position")
+    left = credible_truth(known, unit, source)
+    possible_truth(left, float(unit.cylinder.stroke))
+    return left
+
+
+def truth_in(log: object, channel_map: ChannelMap | str | Path | None) -> Signals | None:
+    """The true position that a log holds itself, where its map names one under `measured`.
+
+    Args:
+        log: a file; what is none holds none.
+        channel_map: of the file.
+
+    Returns:
+        `position` [m] over the log's `time` [s], where there is a number; None if the map names none.
+
+    Raises:
+        LogError: the log cannot be read, or has no number there.
+    """
+    known = known_map(channel_map)
+    if not isinstance(log, str | Path) or known is None or POSITION.name not in known.measured:
+        return None
+    measured = measured_signals(log, known)
+    columns = {name: measured[name] for name in (TIME, POSITION.name)}
+    found = Signals(columns).rows(np.isfinite(measured[POSITION.name].values))
+    if not len(found):
+        raise LogError(f"has no number of {known.measured[POSITION.name].channel}", file=str(log))
+    return found
+
+
+def possible_truth(truth: Samples, stroke: float) -> None:
+    """Reject a true position that no piston of this stroke can have; it is most often in another unit.
+
+    Args:
+        truth: `position` [m].
+        stroke: of the cylinder [m].
+
+    Raises:
+        ComparisonError: it goes farther than three strokes.
+    """
+    farthest = float(np.nanmax(np.abs(truth["position"].values), initial=0.0))
+    if farthest > _FARTHEST * stroke:
+        hint = ": is it in mm?" if farthest * 1e-3 <= _FARTHEST * stroke else ""
+        raise ComparisonError(f"the true position reaches {farthest:.5g} m, the stroke is {stroke:g} m{hint}")

@@ -126,12 +126,7 @@ def legend_above(axes: Any, **style: Any) -> None:
 
 
 def tracked_figure(
-    log: Samples,
-    tracked: Samples,
-    truth: Samples | None,
-    title: str,
-    path: str | Path,
-    look: Look = SCREEN,
+    log: Samples, tracked: Samples, truth: Samples | None, title: str, path: str | Path, look: Look = SCREEN
 ) -> None:
     """Draw a tracked log: position with the truth if there is one, the error, and what the drive reported.
 

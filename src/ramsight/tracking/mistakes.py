@@ -8,22 +8,20 @@ as it was read is less likely than `SURE`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from statistics import median
+from statistics import fmean, median
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.constant import Constant
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.signals import Samples
 from ramsight.tracking.pressed import Press, Pressed
-from ramsight.tracking.weighing import SURE, WORTH, log_mean, probabilities
 from ramsight.units import RPM
 
-Array = NDArray[np.float64]
 Reading = Callable[[Array, Array], tuple[Array, Array]]
 
 SPEED_UNITS = {"rpm": RPM, "deg/s": math.pi / 180.0, "rad/s": 1.0}
@@ -73,7 +71,6 @@ class Mistake:
 
     Attributes:
         role: channel that it concerns: speed, torque, or machine.
-        text: what it is, and what shows it.
         probability: of it, among all that were compared [1].
         is_of_torque: whether nothing but the torque's scale contradicts the machine.
     """
@@ -181,9 +178,6 @@ def visits(presses: list[Press]) -> list[tuple[float, float]]:
 
     Visits are plateaus at the torque at relief. From one end to the other the rod goes by the stroke, back to the same
     end by nothing.
-
-    Args:
-        presses: in order.
 
     Returns:
         Differences and their standard deviations [strokes].
@@ -300,3 +294,41 @@ def _level_text(pressed: Pressed, way: int) -> str:
         return ""
     asked, verb = pressed.sides[way].torque, "extending" if way > 0 else "retracting"
     return f"{verb}, it ends at {highest * asked:.4g} N m, relief pressure asks for {asked:.3g} N m"
+
+
+# All scores are natural logarithms, known but for a constant. What is described stands first; another explanation is
+# named only where that one has become improbable.
+
+SURE = Constant(0.1, "1", "probability of what is described, below which a mistake is named: it is nine times likelier")
+WORTH = math.log(0.05)
+"""A second explanation is named if it is no less likely than that share of the first."""
+
+
+def log_mean(scores: Sequence[float]) -> float:
+    """Logarithm of the mean of what has these logarithms.
+
+    Args:
+        scores: natural logarithms.
+
+    Example:
+        >>> round(math.exp(log_mean([math.log(1.0), math.log(3.0)])), 12)
+        2.0
+    """
+    highest = max(scores)
+    return highest + math.log(fmean(math.exp(score - highest) for score in scores))
+
+
+def probabilities(scores: Sequence[float]) -> list[float]:
+    """Probability of each explanation among all of them.
+
+    Args:
+        scores: natural logarithms of prior times likelihood, up to a common constant.
+
+    Example:
+        >>> [round(one, 3) for one in probabilities([0.0, math.log(3.0)])]
+        [0.25, 0.75]
+    """
+    highest = max(scores)
+    weights = [math.exp(score - highest) for score in scores]
+    total = sum(weights)
+    return [weight / total for weight in weights]

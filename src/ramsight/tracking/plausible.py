@@ -7,39 +7,30 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.logs.mapped import ChannelMap, standard_map
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.signals import Samples
-from ramsight.tracking.pressed import LONGEST_STEP
+from ramsight.signals import Dataset, Samples
+from ramsight.tracking.mistakes import AGAINST, MOST_SPEED, MOST_TORQUE, MOST_TRAVEL, SPEED_UNITS
+from ramsight.tracking.pressed import LONGEST_STEP, PEAK, TURNING
 from ramsight.units import FREEZING, RPM, to_si
-
-if TYPE_CHECKING:
-    import xarray
 
 _PERIOD = 0.5e-3, 0.5  # s; samples of a drive come further apart than the one and closer than the other
 _HINTED_PERIOD = 0.9e-3, 0.2  # s; what another unit of the clock has to make of it: 1 to 100 ms, and jitter
 _CLOCKS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-_OVERSPEED, _SLOW, _LIVELY = 1.1, 0.11, 0.2  # shares of the highest speed
-_OVERTRAVEL, _FARTHEST = 1.15, 3.0  # shares of the stroke: of a free move, and of one that ends against a stop
-_SPEEDS = {"rpm": RPM, "deg/s": np.pi / 180.0, "rad/s": 1.0}  # rad/s for one of them
+_SLOW, _LIVELY = 0.11, 0.2  # shares of the highest speed
+_FARTHEST = 3.0  # of the stroke: of a move that ends against a stop
 # N m up to which a figure is taken to be in a unit: no motor gives more than four times its rated torque
 _TORQUES = {"percent of the rated torque": 4e2, "permille of the rated torque": 4e3, "mN m": np.inf}
-# Shares of the torque at relief pressure [G]. A valve's override and a drive that is a few per cent wrong give no more
-# than the one; what turns at all takes more than the other, by friction.
-_OVERTORQUE, _WEAK = 1.15, 0.02
+_WEAK = 0.02  # of the torque at relief pressure [G]; what turns at all takes more, by friction
 _HOT = 353.15  # K; oil of a healthy machine is colder on the average
-MOVING = 0.02  # share of the highest speed, from which on the motor turns
 _MOVED = 2.0  # s of turning either way before signs are judged
-_AGAINST = 0.05  # share of the torque at relief pressure
 _STANDS = 1.0  # rad/s
 _NOISY, _RESTED = 2.0, 100  # times the assumed noise of the torque, and samples at rest that it takes to say so
-_PEAK = 0.995  # quantile taken for the largest value: a few samples in a thousand may be disturbed
 _GAP = 5.0  # usual distances of samples; what is longer, and longer than a second, is a gap
 _STEPS = 0.99  # share of the changes at rest that are noise; the others are loads
 
@@ -88,7 +79,7 @@ def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:
         0.0 if unit.cylinder.passive else unit.lift_sign,
         unit.cylinder.stroke,
         abs(unit.travel_per_radian),
-        _FARTHEST if against_stops else _OVERTRAVEL,
+        _FARTHEST if against_stops else MOST_TRAVEL,
         unit.assumptions.drive.torque * torques.torque,
         torques.torque,
         torques.leak_velocity / abs(unit.travel_per_radian),
@@ -96,9 +87,11 @@ def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:
 
 
 def implausible(
-    log: xarray.Dataset, unit: HydraulicUnit, channel_map: ChannelMap | None = None
+    log: Dataset, unit: HydraulicUnit, channel_map: ChannelMap | None = None
 ) -> tuple[tuple[str, str], ...]:
     """What of a log that goes from end to end cannot be this machine's: the role of a channel, and what to say of it.
+
+    Where all can be, ``noise`` in place of a role says that the torque scatters more than the description assumes.
 
     Args:
         log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, whole.
@@ -107,20 +100,10 @@ def implausible(
     """
     known = channel_map or standard_map([])
     seen, limits = Seen(), reportable(unit, against_stops=True)
-    seen.take(log, MOVING * unit.max_speed, limits.leaking)
-    return tuple(findings(seen, limits, {role: one.unit or "" for role, one in known.roles.items()}))
-
-
-def noisy(log: xarray.Dataset, unit: HydraulicUnit) -> str:
-    """What is to be said of a torque that scatters by more than the description assumes; empty if it does not.
-
-    Args:
-        log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, whole.
-        unit: the unit that the drive turns.
-    """
-    seen = Seen()
-    seen.take(log, MOVING * unit.max_speed)
-    return noise(seen, reportable(unit))
+    seen.take(log, TURNING * unit.max_speed, limits.leaking)
+    found = tuple(findings(seen, limits, {role: one.unit or "" for role, one in known.roles.items()}))
+    scatters = "" if found else noise(seen, limits)
+    return (("noise", scatters),) if scatters else found
 
 
 @dataclass
@@ -170,7 +153,7 @@ class Seen:
             self.torque_seconds[sign] += period * float(torque[chosen].sum())
 
 
-def _longest_move(time: NDArray[np.float64], speed: NDArray[np.float64], leaking: float) -> list[float]:
+def _longest_move(time: Array, speed: Array, leaking: float) -> list[float]:
     """The largest motor angle between two changes of direction, less what leaks at a speed of `leaking` [rad].
 
     Over a gap in the log nothing is counted: what the motor did meanwhile is not known.
@@ -187,7 +170,7 @@ def _longest_move(time: NDArray[np.float64], speed: NDArray[np.float64], leaking
     return [float(np.abs(np.add.reduceat(angle, begins)).max())]
 
 
-def _scatter(speed: NDArray[np.float64], torque: NDArray[np.float64]) -> list[float]:
+def _scatter(speed: Array, torque: Array) -> list[float]:
     """Standard deviation of the torque's noise while the motor stands [N m], by its changes; [] if it hardly does."""
     stands = np.abs(speed) < _STANDS
     changes = np.abs(np.diff(torque))[stands[1:] & stands[:-1]]
@@ -198,12 +181,12 @@ def _scatter(speed: NDArray[np.float64], torque: NDArray[np.float64]) -> list[fl
     return [float(0.5 * np.sqrt(np.pi) * noise.mean())]  # E|a - b| = 2 sigma/sqrt(pi)
 
 
-def _peak(values: NDArray[np.float64]) -> list[float]:
+def _peak(values: Array) -> list[float]:
     known = np.abs(values[np.isfinite(values)])
-    return [float(np.quantile(known, _PEAK))] if known.size else []
+    return [float(np.quantile(known, PEAK))] if known.size else []
 
 
-def _middle(values: NDArray[np.float64]) -> list[float]:
+def _middle(values: Array) -> list[float]:
     known = values[np.isfinite(values)]
     return [float(np.median(known))] if known.size else []
 
@@ -236,7 +219,7 @@ def _speed(seen: Seen, limits: Limits, unit: str) -> str:
     sure = max(seen.sure_moves, default=0.0) * limits.travel
     fitting = _asked(_other_speeds(peak, move, limits, unit))
     limit = f"{limits.max_speed / RPM:.0f} rpm"
-    if peak > _OVERSPEED * limits.max_speed:
+    if peak > MOST_SPEED * limits.max_speed:
         return f"the motor turns up to {peak / RPM:.5g} rpm, the drive's limit is {limit}{fitting}"
     if sure > _FARTHEST * limits.stroke and not _clock(seen, limits, ""):
         return (
@@ -249,19 +232,19 @@ def _speed(seen: Seen, limits: Limits, unit: str) -> str:
 
 def _other_speeds(peak: float, move: float, limits: Limits, unit: str) -> list[str]:
     """Units in which the same numbers would be speeds of this machine, and its moves no longer than the stroke."""
-    now = _SPEEDS.get(unit, RPM)
+    now = SPEED_UNITS.get(unit, RPM)
     return [
         other
-        for other, factor in _SPEEDS.items()
+        for other, factor in SPEED_UNITS.items()
         if factor != now
-        and _LIVELY <= peak * factor / now / limits.max_speed <= _OVERSPEED
+        and _LIVELY <= peak * factor / now / limits.max_speed <= MOST_SPEED
         and move * factor / now <= limits.longest * limits.stroke
     ]
 
 
 def _torque(seen: Seen, limits: Limits, unit: str) -> str:
     peak = max(seen.torques, default=0.0)
-    if peak > _OVERTORQUE * limits.torque:
+    if peak > MOST_TORQUE * limits.torque:
         unit = next(unit for unit, most in _TORQUES.items() if peak <= most)
         return (
             f"the torque reaches {peak:.4g} N m, relief pressure asks for no more than {limits.torque:.3g} N m"
@@ -307,7 +290,7 @@ def _signs(seen: Seen, limits: Limits) -> str:
     if total < _MOVED:
         return ""
     mean = {sign: seen.torque_seconds[sign] / seen.seconds[sign] for sign in (1, -1) if seen.seconds[sign] > 0.0}
-    least = _AGAINST * limits.torque
+    least = AGAINST * limits.torque
     if min(seen.seconds.values()) > _MOVED and mean[1] - mean[-1] < -least:
         return (
             f"the torque is {mean[1]:.1f} N m while the rod extends and {mean[-1]:.1f} N m while it retracts: friction"

@@ -13,13 +13,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
 from ramsight.constant import Constant
 from ramsight.plant.limits import pump_reliefs
 from ramsight.plant.oil import T40
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, side_nodes
-
-Array = NDArray[np.float64]
 
 SUSTAINED = Constant(
     0.1, "s", "for which a torque stays at a level: longer than a wave in a hose, shorter than a stop's visit"
@@ -35,7 +34,7 @@ TURNING = Constant(0.02, "1", "of the highest speed, from which on the motor tur
 PEAK = Constant(0.995, "1", "quantile that is taken for the largest value: a few samples in a thousand may be wild")
 RARE = Constant(5.0, "1", "times that, up to which a torque is no wild sample: a stop may be met once in an hour")
 LONGEST_STEP = Constant(1.0, "s", "between samples; after a longer gap nothing is known of what happened meanwhile")
-MOST_TORQUE = Constant(1.2, "1", "of the torque at relief, that leakage is counted up to")
+LEAK_TORQUE = Constant(1.2, "1", "of the torque at relief, that leakage is counted up to")
 
 
 @dataclass(frozen=True)
@@ -53,9 +52,6 @@ class Side:
 
 def pressing_sides(unit: HydraulicUnit) -> dict[int, Side]:
     """The sides that pumps press to a relief valve: 1 while the rod extends, -1 while it retracts.
-
-    Args:
-        unit: the unit.
 
     Example:
         >>> import ramsight
@@ -107,7 +103,6 @@ class Pressed:
         unit: the machine as it is described.
 
     Attributes:
-        presses: in order.
         longest: free move of the rod [strokes].
         speed, torque: 99.5 % of the magnitudes in the liveliest piece are below these, over the highest speed and over
             the larger torque at relief [1].
@@ -206,10 +201,10 @@ class Pressed:
         thin = self._thin / float(self.unit.oil.viscosity(kelvin))
         found = np.zeros(len(torque))
         for way, side in self.sides.items():
-            found += way * thin * side.leaking * np.clip(way * torque / side.torque, 0.0, MOST_TORQUE)
+            found += way * thin * side.leaking * np.clip(way * torque / side.torque, 0.0, LEAK_TORQUE)
         return found
 
-    def _at_relief(self, torque: Array, way: NDArray[np.int_]) -> NDArray[np.bool_]:
+    def _at_relief(self, torque: Array, way: NDArray[np.int_]) -> Bools:
         """Samples at which the torque is what relief pressure asks for."""
         found = np.zeros(len(torque), dtype=np.bool_)
         for one, side in self.sides.items():

@@ -13,13 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
 from ramsight.machine.requirement_description import Requirement, shown_error
 from ramsight.normal import upper_tail
 from ramsight.sensor.status import Status, is_invalid
 from ramsight.signals import Samples
 from ramsight.tracking.end_visits import visits
-
-Array = NDArray[np.float64]
 
 SHARE = 0.95
 """Of the errors that a requirement is for."""
@@ -34,8 +33,6 @@ class RequirementCheck:
     """What a track achieves of a requirement.
 
     Attributes:
-        asked: the requirement.
-        samples: that count.
         stated: error that 95 % are within by the sensor's own standard deviations [m]; infinite if there is none.
         measured: error that 95 % are within by the true position [m]; NaN where that is unknown.
         ok: share of the counted samples whose status is ok [1].
@@ -125,7 +122,7 @@ def require(track: Samples, asked: Requirement, stroke: float) -> RequirementChe
     std = np.where(lost | ~np.isfinite(std), np.inf, std)
     within = counts & (age <= asked.visit_every)
 
-    def errors_of(chosen: NDArray[np.bool_]) -> tuple[float, float]:
+    def errors_of(chosen: Bools) -> tuple[float, float]:
         true = error[chosen & ~np.isnan(error)]
         measured = float(np.quantile(true, SHARE, method="higher")) if true.size else math.nan
         return _stated(std[chosen]), measured

@@ -15,15 +15,13 @@ from functools import lru_cache
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.recursion import Graph, Recursion, replay
 from ramsight.engine.typed_state import column, leaf, leaves, symbols
 from ramsight.expression import Flag, Scalar, all_of, any_of, scalar_symbol
 from ramsight.sensor.checks.disagreement import Sums, summed
 from ramsight.sensor.thresholds import NUMBER_LIMIT
-
-Array = NDArray[np.float64]
 
 _INPUTS = ("time", "one", "other")
 _SET = ("noise", "offset", "gain", "delay")
@@ -91,7 +89,6 @@ class AgreementState:
     Attributes:
         begun: whether both have reported once.
         time: of the last sample [s].
-        sums: of their difference.
     """
 
     begun: Flag = leaf("1")

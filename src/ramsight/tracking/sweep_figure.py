@@ -9,11 +9,11 @@ import numpy as np
 
 from ramsight.errors import DescriptionError
 from ramsight.optional import needing
+from ramsight.signals import Dataset
 from ramsight.tracking.figures import ERROR, STYLE
 from ramsight.units import to_si
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.figure import Figure
 
 _KEPT = (
@@ -32,7 +32,7 @@ class _Quantity:
     label: str
 
 
-def draw_sweep(runs: xarray.Dataset, title: str) -> Figure:
+def draw_sweep(runs: Dataset, title: str) -> Figure:
     """A panel for each kept figure over each value that differs between the runs, a dot a run.
 
     Args:
@@ -64,12 +64,12 @@ def draw_sweep(runs: xarray.Dataset, title: str) -> Figure:
     return figure
 
 
-def _differs(runs: xarray.Dataset, name: str) -> bool:
+def _differs(runs: Dataset, name: str) -> bool:
     values = runs[name].values
     return values.dtype.kind == "f" and values.size > 1 and bool(np.ptp(values) > 0.0)
 
 
-def _quantity(runs: xarray.Dataset, name: str) -> _Quantity:
+def _quantity(runs: Dataset, name: str) -> _Quantity:
     whole = runs["outcome"]
     values = runs[name].broadcast_like(whole).transpose(*whole.dims).values.ravel()
     si = str(runs[name].attrs.get("units", "1"))  # of a coordinate that somebody added

@@ -18,7 +18,8 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import LEAST, Status
 from ramsight.signals import Samples, Signals
 from ramsight.tracking.mistakes import Explanations, Mistake
-from ramsight.tracking.plausible import MOVING, Seen, findings, noise, reportable
+from ramsight.tracking.plausible import Seen, findings, noise, reportable
+from ramsight.tracking.pressed import TURNING
 
 EXAMINED = Constant(
     6.0, "1", "pieces of a log that mistakes are looked for in: 2 h of samples every 20 ms, at 0.1 s each"
@@ -29,11 +30,6 @@ S = TypeVar("S", bound=Samples)
 
 class Watch:
     """Looks at the pieces of a log as they pass, and warns after the first, and at the end.
-
-    Args:
-        unit: the unit that the drive turns.
-        file: the log, for the warnings.
-        channel_map: its channel map, for the names of its channels.
 
     Attributes:
         mistake: what is most likely wrong with the whole log; None where it fits the machine.
@@ -56,7 +52,7 @@ class Watch:
     def over(self, pieces: Iterable[S]) -> Iterator[S]:
         """The pieces of a drive log as they are, in order; looked at before each is passed on."""
         for number, piece in enumerate(pieces):
-            self._seen.take(piece, MOVING * self._unit.max_speed, self._limits.leaking)
+            self._seen.take(piece, TURNING * self._unit.max_speed, self._limits.leaking)
             if number < EXAMINED and not any(map(is_command, Signals.of(piece).names)):
                 self._explanations.take(piece)  # a valve that turns round what the pump does is not followed
             if number == 0:
@@ -79,19 +75,9 @@ class Watch:
 
 
 def watched(
-    pieces: Iterable[S],
-    unit: HydraulicUnit,
-    file: str | Path,
-    channel_map: ChannelMap | str | Path | None = None,
+    pieces: Iterable[S], unit: HydraulicUnit, file: str | Path, channel_map: ChannelMap | str | Path | None = None
 ) -> Iterator[S]:
-    """The pieces of a drive log as they are; warns after the first, and at the end, of what cannot be this machine's.
-
-    Args:
-        pieces: of a drive log, in order.
-        unit: the unit that the drive turns.
-        file: the log, for the warnings.
-        channel_map: its channel map, for the names of its channels.
-    """
+    """The pieces of a drive log as they are; warns after the first, and at the end, of what cannot be the machine's."""
     return Watch(unit, file, channel_map).over(pieces)
 
 

@@ -76,7 +76,6 @@ class Known(NamedTuple):
     """A unit: ``si = number * factor + offset``.
 
     Attributes:
-        factor: to SI.
         offset: of a temperature [K]; zero for all others.
         dimension: base units and their powers, by name.
     """

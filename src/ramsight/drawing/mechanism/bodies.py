@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ramsight.arrays import Array
 from ramsight.drawing.mechanism.bucket import Bucket, bucket
 from ramsight.plant.linkage import Mechanism, points
 from ramsight.plant.linkage import joints as joints_at
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -19,7 +18,6 @@ class Strut:
     """A cylinder in the side view.
 
     Args:
-        name: of its unit.
         base, barrel_end, rod: pin of the barrel, end of the barrel, pin of the rod, [x, z] in m.
     """
 
@@ -37,12 +35,10 @@ class Shapes:
         bodies: outline of each body, shape (corners, 2), by name: a bucket's shell, of others the hull of their pins;
             the frame is none of them.
         links: both pins of each link, shape (2, 2).
-        struts: the cylinders.
         pivots: pins that bodies turn about.
         frame: pins on the machine itself.
         centres: centres of mass, by body.
         load: where the payload's mass acts, if there is a payload.
-        tip: of the tool.
         bucket: that carries the payload and has the tip, if there is one.
     """
 

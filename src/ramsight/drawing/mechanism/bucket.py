@@ -1,4 +1,4 @@
-"""A bucket's shell and the rock in it, for the eye: curved floor, back, cheek and tooth from three pins of a mechanism.
+"""A bucket's shell, for the eye: curved floor, back, cheek and tooth from three pins of a mechanism.
 
 No equation knows it. What is drawn of the payload has the size of its volume.
 """
@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from ramsight.arrays import Array
 
 DENSITY, WIDTH = 1900.0, 2.2  # kg/m3 of broken rock, m of the bucket, [G]: what makes a heap of a mass
 _HIGH = 0.9  # of the top edge over the floor, over the floor's length; a bucket is about as deep as it is high
@@ -72,34 +72,6 @@ def _profile(x: float, z: float) -> tuple[Array, Array]:
         _curve((top[0], top[1] - 0.08), (0.42, 0.26), (0.82, 0.09)),
     )
     return np.concatenate(inside), np.concatenate(outline)
-
-
-def rock(shell: Bucket, payload: float) -> Array:
-    """Outline of so much rock [kg] in a bucket, over the bucket's width; shape (corners, 2).
-
-    Less than a struck bucket lies in its back corner; more is heaped on it.
-
-    Example:
-        >>> shell = bucket([0.0, 0.0], [0.0, 0.6], [1.5, 0.0])
-        >>> [round(_area(rock(shell, mass)) * DENSITY * WIDTH) for mass in (500.0, 5000.0)]
-        [500, 5000]
-    """
-    wanted = max(payload, 0.0) / (DENSITY * WIDTH)
-    if wanted <= shell.struck:
-        corner = shell.inside[_STEPS]
-        return np.asarray(corner + np.sqrt(wanted / shell.struck) * (shell.inside - corner))
-    lip, top = shell.inside[0], shell.inside[-1]
-    chord = top - lip
-    size = float(np.linalg.norm(chord))
-    out = np.array([chord[1], -chord[0]]) / size
-    if float(out @ (shell.inside[_STEPS] - lip)) > 0.0:
-        out = -out
-    share = np.linspace(1.0, 0.0, 2 * _STEPS)[:, None]
-    # The corners of a parabola hold a little less than the parabola does.
-    full = 4.0 * share * (1.0 - share)
-    held = float(np.trapezoid(full[::-1, 0], share[::-1, 0])) * size
-    heap = lip + share * chord + full * ((wanted - shell.struck) / held) * out
-    return np.concatenate([shell.inside, heap[1:-1]])
 
 
 def _curve(begin: ArrayLike, by: ArrayLike, end: ArrayLike) -> Array:

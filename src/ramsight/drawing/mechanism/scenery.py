@@ -1,4 +1,4 @@
-"""What stands around a loader's arm in a drawing: chassis, wheels, ground. For the eye only; no equation knows it."""
+"""What stands around a machine's arm in a drawing: chassis, wheels, a heap. For the eye only; no equation knows it."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.drawing.mechanism.bucket import DENSITY, WIDTH
 
-Array = NDArray[np.float64]
-
+#: of the bodies, in their order
+COLOURS = ("#c98a1b", "#4d7c8a", "#8a4f7d", "#5b8c5a")
+GHOST = "#c8401e"  # of an estimate
+ROCK = "#5b4a37"  # payload
 _WHEEL, _BETWEEN = 0.36, 1.55  # of the arm's height: radius of a wheel; distance of the axles
 # Corners behind the arm's pins, in shares of its height: low and flat as loaders for mines are, a cab in the middle.
 _CHASSIS = (

@@ -37,10 +37,7 @@ class Entry:
         kind: ``machine``, ``circuit``, ``oil``, ``pump``, ``relief valve``, ``anticavitation valve``,
             ``safety valve``; of what is around a bench ``motor``, ``motor controller``, ``battery``,
             ``pressure sensor``, ``temperature sensor``, ``position sensor``.
-        name: what a description calls it.
-        description: one line about it.
         source: where its values come from, unless they say so themselves.
-        path: the data file.
     """
 
     kind: str
@@ -109,9 +106,6 @@ def _same(one: Entry, other: Entry) -> bool:
 def read_entry(path: Path) -> Entry:
     """What an entry's file says of it.
 
-    Args:
-        path: the data file.
-
     Raises:
         DescriptionError: it cannot be read, or has no name.
     """
@@ -174,9 +168,6 @@ def _shipped() -> dict[str, Path]:
 def read(entry: Entry) -> tuple[dict[str, Any], dict[str, str]]:
     """Read a part's values as they are written, and where each comes from.
 
-    Args:
-        entry: an entry that is neither machine nor circuit.
-
     Returns:
         Values by key, as text with units, and sources by key.
     """
@@ -208,9 +199,6 @@ def filled(kind: str, stated: Mapping[str, Any], *, where: str | None = None) ->
 
 def circuit(name: str) -> dict[str, dict[str, Any]]:
     """Read a circuit: kind and nodes of each of its parts.
-
-    Args:
-        name: its name.
 
     Example:
         >>> circuit("eha-double-rod")["pump"]["outlet"]

@@ -25,7 +25,6 @@ class Mechanism:
     Args:
         bodies: each after those that it hangs on.
         followings: joints that follow others.
-        struts: the cylinders.
         tip: point of the tool.
         load: point where the payload's mass acts; none without one.
         gravity: [m/s2].

@@ -15,12 +15,10 @@ class Body:
     """A body on its joint; points are those of the drawing [m].
 
     Args:
-        name: of the body.
         parent: the body that it is joined to.
         joint: its coordinate's place among the free joints; none if a link or another joint moves it.
         mass: [kg].
         inertia: about the centre of mass [kg m2].
-        centre_x, centre_z: the centre of mass.
     """
 
     name: str
@@ -80,9 +78,7 @@ class Strut:
     """The cylinders of a unit between two pins, in the drawing [m].
 
     Args:
-        name: of the unit.
         base, rod: bodies that they are pinned to.
-        base_x, base_z, rod_x, rod_z: the pins.
         retracted_length: from pin to pin at position 0 [m].
         joint: body on the joint that the cylinders move.
         near: end on that body, "base" or "rod".

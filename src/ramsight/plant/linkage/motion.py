@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.expression import Scalar, Vector
 from ramsight.plant.linkage.dynamics import Equations, equations
@@ -25,7 +24,6 @@ class Moving:
     """The states and symbols of a mechanism, before anything moves it.
 
     Attributes:
-        equations: its equations.
         states: coordinates and rates.
         q, rates: their symbols, columns.
         works, work_rates: symbols of what works on it beside the cylinders, and of their slopes; columns.
@@ -82,13 +80,10 @@ def moving(mechanism: Mechanism, parameters: Parameters) -> Moving:
     )
 
 
-def motion(mechanism: Mechanism) -> tuple[OdeModel, NDArray[np.float64]]:
+def motion(mechanism: Mechanism) -> tuple[OdeModel, Array]:
     """The mechanism alone: its equation and the values of its parameters.
 
     Inputs are the force of each cylinder [N], positive extends, the payload [kg] and the force on the tip [N].
-
-    Args:
-        mechanism: the mechanism.
 
     Example:
         >>> from ramsight import machine

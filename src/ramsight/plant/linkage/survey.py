@@ -6,13 +6,12 @@ from functools import lru_cache
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ramsight.arrays import Array
 from ramsight.plant.linkage.dynamics import equations
 from ramsight.plant.linkage.mechanism import Mechanism
 from ramsight.plant.linkage.members import Linked, Spot, Turning
-
-Array = NDArray[np.float64]
 
 
 def positions(mechanism: Mechanism, joints: ArrayLike) -> Array:

@@ -78,12 +78,7 @@ def changes(kept: Kept, now: Mapping[str, Measured]) -> tuple[Change, ...]:
 
 
 def changed(kept: Kept, found: Sequence[Change]) -> Finding:
-    """Whether something has changed, as a finding.
-
-    Args:
-        kept: of the earlier commissioning.
-        found: the changes.
-    """
+    """Whether something has changed, as a finding."""
     if not found:
         remedy = "commission with a leak test, and with a measured position as before"
         return Finding("changes", Verdict.OPEN, f"nothing was measured both now and on {kept.made}", remedy)
@@ -98,11 +93,7 @@ def changed(kept: Kept, found: Sequence[Change]) -> Finding:
 
 
 def table_text(found: Sequence[Change]) -> str:
-    """The changes as a table of text, "" if there are none.
-
-    Args:
-        found: the changes.
-    """
+    """The changes as a table of text, "" if there are none."""
     if not found:
         return ""
     rows = [HEAD, *(one.cells for one in found)]

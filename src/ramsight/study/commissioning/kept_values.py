@@ -18,10 +18,9 @@ from ramsight.calibration.loss_uncertainty import THERMOMETER
 from ramsight.errors import DescriptionError
 from ramsight.machine.as_toml import as_toml
 from ramsight.output import write_text
+from ramsight.signals import Dataset
 
 if TYPE_CHECKING:
-    import xarray
-
     from ramsight.machine.description import Machine
 
 FORMAT = 1
@@ -45,7 +44,6 @@ class Kept:
     """What is kept of a commissioning.
 
     Attributes:
-        machine, unit: names.
         made: when, as ISO 8601.
         description: TOML of the machine by which the next one is judged.
         values: over those of that description, by name.
@@ -59,9 +57,6 @@ class Kept:
 
     def write(self, path: Path) -> None:
         """Write it as JSON.
-
-        Args:
-            path: the file.
 
         Raises:
             OutputError: it cannot be written.
@@ -113,16 +108,12 @@ def _measured(file: str, name: str, one: Any) -> Measured:
 
 
 def described_as(machine: Machine) -> str:
-    """A machine's description as TOML, with its sources.
-
-    Args:
-        machine: the machine.
-    """
+    """A machine's description as TOML, with its sources."""
     return "\n".join(as_toml(machine, machine.sources)).strip() + "\n"
 
 
 def measured(
-    track: xarray.Dataset | None, test: LeakTest | None, identification: Identification | None
+    track: Dataset | None, test: LeakTest | None, identification: Identification | None
 ) -> dict[str, Measured]:
     """What a commissioning measured of a machine, over the description that it was judged by.
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ramsight.calibration.leakage import LeakTest, LeakTestError, leak_test
@@ -12,11 +10,9 @@ from ramsight.logs.mapped import ChannelMap
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.inputs.sample import REPORTED
+from ramsight.signals import Dataset
 from ramsight.study.commissioning.finding import Finding, Verdict
-from ramsight.tracking.plausible import implausible, noisy
-
-if TYPE_CHECKING:
-    import xarray
+from ramsight.tracking.plausible import implausible
 
 _SHORTEST = 60.0  # s; a unit cannot meet both ends and lift some loads in less
 _BAD = 0.01  # share of samples that may have no value, or no place in time
@@ -27,7 +23,7 @@ OF_TORQUE = f"{_UNITS} of torque"
 _UNUSUAL = 2.0  # standard deviations that the sensor assumes, from which a machine is far from its description
 
 
-def faultless(log: xarray.Dataset) -> xarray.Dataset:
+def faultless(log: Dataset) -> Dataset:
     """The log without samples that lack a value or whose time does not increase."""
     whole = np.isfinite(log["time"].values)
     for name in REPORTED[1:]:
@@ -38,7 +34,7 @@ def faultless(log: xarray.Dataset) -> xarray.Dataset:
     return kept.isel(time=np.flatnonzero(later))
 
 
-def samples(log: xarray.Dataset) -> Finding:
+def samples(log: Dataset) -> Finding:
     """How many samples there are, how far apart, and how many are of no use."""
     count, good = log.sizes["time"], faultless(log)
     time = good["time"].values
@@ -62,12 +58,11 @@ def samples(log: xarray.Dataset) -> Finding:
     return Finding("samples", Verdict.PASSED, found)
 
 
-def units_and_signs(log: xarray.Dataset, unit: HydraulicUnit, channel_map: ChannelMap | None) -> list[Finding]:
+def units_and_signs(log: Dataset, unit: HydraulicUnit, channel_map: ChannelMap | None) -> list[Finding]:
     """Whether time, speed, torque and temperature can be this machine's."""
     wrong = implausible(log, unit, channel_map)
-    scatters = "" if wrong else noisy(log, unit)
-    if scatters:
-        return [Finding("noise of torque", Verdict.LOOK_TWICE, *scatters.rsplit(": ", 1))]
+    if wrong and wrong[0][0] == "noise":
+        return [Finding("noise of torque", Verdict.LOOK_TWICE, *wrong[0][1].rsplit(": ", 1))]
     if not wrong:
         found = "time, speed, torque and oil temperature are within what this machine can do, lifting takes more torque"
         return [Finding(_UNITS, Verdict.PASSED, f"{found} than lowering")]
@@ -75,7 +70,7 @@ def units_and_signs(log: xarray.Dataset, unit: HydraulicUnit, channel_map: Chann
     return [Finding(f"{_UNITS} of {role}", Verdict.FAILED, text, remedy) for role, text in wrong]
 
 
-def leakage(unit: HydraulicUnit, log: xarray.Dataset) -> tuple[Finding, LeakTest | None]:
+def leakage(unit: HydraulicUnit, log: Dataset) -> tuple[Finding, LeakTest | None]:
     """Whether there is a leak test, and what it says of the pumps."""
     try:
         test = leak_test(unit, log)

@@ -11,21 +11,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
 from ramsight.calibration.leakage import LeakTest
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.signals import Dataset
 from ramsight.tracking.end_visits import visits
 from ramsight.tracking.pressed import Pressed, Side, pressing_sides
-
-if TYPE_CHECKING:
-    import xarray
-
-Array = NDArray[np.float64]
 
 RELIEF = {1: "relief torque extending", -1: "relief torque retracting"}
 TRAVEL, LEAK, TURN, STROKE = "motor angle from end to end", "leak test", "travel of a turn", "stroke"
@@ -74,11 +69,7 @@ def predicted(unit: HydraulicUnit) -> dict[str, float]:
 
 
 def observed(
-    unit: HydraulicUnit,
-    log: xarray.Dataset,
-    track: xarray.Dataset,
-    leak_test: LeakTest | None,
-    truth: xarray.Dataset | None,
+    unit: HydraulicUnit, log: Dataset, track: Dataset, leak_test: LeakTest | None, truth: Dataset | None
 ) -> dict[str, Observation]:
     """What a log says of the machine; observations that it does not hold are left out.
 
@@ -118,7 +109,7 @@ def _thinness(unit: HydraulicUnit, temperature: Array) -> Array:
     return np.asarray(np.array(thin)[which])
 
 
-def _relief_torques(unit: HydraulicUnit, log: xarray.Dataset, sides: Mapping[int, Side]) -> dict[str, Observation]:
+def _relief_torques(unit: HydraulicUnit, log: Dataset, sides: Mapping[int, Side]) -> dict[str, Observation]:
     """Torque of the highest plateaus of each way."""
     pressed = Pressed(unit)
     pressed.take(*(log[name].values for name in ("time", "motor_speed", "motor_torque", "oil_temperature")))
@@ -131,7 +122,7 @@ def _relief_torques(unit: HydraulicUnit, log: xarray.Dataset, sides: Mapping[int
     return found
 
 
-def _travel(log: xarray.Dataset, track: xarray.Dataset, leaking: Array, stroke: float) -> tuple[float, float] | None:
+def _travel(log: Dataset, track: Dataset, leaking: Array, stroke: float) -> tuple[float, float] | None:
     """Motor angle from one end to the other [rad], and what share of it leakage was; None without such a travel."""
     time, speed = log["time"].values, log["motor_speed"].values
     steps = np.diff(time, prepend=time[0])
@@ -149,12 +140,7 @@ def _travel(log: xarray.Dataset, track: xarray.Dataset, leaking: Array, stroke: 
 
 
 def _measured(
-    unit: HydraulicUnit,
-    log: xarray.Dataset,
-    truth: xarray.Dataset,
-    leaking: Array,
-    sides: Mapping[int, Side],
-    is_leak_known: bool,
+    unit: HydraulicUnit, log: Dataset, truth: Dataset, leaking: Array, sides: Mapping[int, Side], is_leak_known: bool
 ) -> dict[str, Observation]:
     """Travel of a turn and stroke by the measured position."""
     time, speed, torque = (log[name].values for name in ("time", "motor_speed", "motor_torque"))
@@ -186,7 +172,7 @@ def _measured(
     return found
 
 
-def _steady_moves(speed: Array, free: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def _steady_moves(speed: Array, free: Bools) -> list[tuple[int, int]]:
     """First and last sample of each stretch in which the motor turns steadily one way and the piston is free."""
     edges = np.flatnonzero(np.diff(np.sign(speed).astype(int), prepend=9, append=9))
     found = []

@@ -1,20 +1,23 @@
-"""What the sensor makes of a log: the end stops it met, what it learned, how sure it is, and whether that is true."""
+"""Checks of a sensor's track: stops it met, what it learned, how sure it is, the truth, requirement and data sheet."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ramsight.calibration.identify import AS_DESCRIBED, Identification
+from ramsight.calibration.identify_report import WORDS
+from ramsight.calibration.loss_uncertainty import dependence
+from ramsight.machine.requirement_description import Requirement
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status, is_invalid
+from ramsight.signals import Dataset
 from ramsight.study.commissioning.finding import Finding, Verdict
 from ramsight.tracking.end_visits import visits
-
-if TYPE_CHECKING:
-    import xarray
+from ramsight.tracking.requirement_check import require
 
 _UNSURE = 0.05  # share of the stroke; a band wider than that to either side says hardly where the rod is
 _INVALID = 0.01  # share of samples that may be invalid
@@ -24,19 +27,14 @@ _LEARNED = (("leak", "leakage"), ("displacement", "displacement"), ("compliance"
 
 @dataclass(frozen=True)
 class Contacts:
-    """Visits that the sensor saw.
-
-    Attributes:
-        retracted, extended: of the two ends.
-        elsewhere: of something between them.
-    """
+    """Visits that the sensor saw."""
 
     retracted: int
     extended: int
     elsewhere: int
 
 
-def contacts(track: xarray.Dataset, stroke: float) -> Contacts:
+def contacts(track: Dataset, stroke: float) -> Contacts:
     """Count the visits whose position is known.
 
     Args:
@@ -47,7 +45,7 @@ def contacts(track: xarray.Dataset, stroke: float) -> Contacts:
     return Contacts(*(known.count(name) for name in ("retracted", "extended", "elsewhere")))
 
 
-def stops(track: xarray.Dataset, unit: HydraulicUnit) -> Finding:
+def stops(track: Dataset, unit: HydraulicUnit) -> Finding:
     """Whether the unit was at both ends."""
     seen = contacts(track, unit.cylinder.stroke)
     found = f"visits to the retracted end: {seen.retracted}, to the extended end: {seen.extended}"
@@ -63,7 +61,7 @@ def stops(track: xarray.Dataset, unit: HydraulicUnit) -> Finding:
     return Finding("end stops", Verdict.PASSED, found)
 
 
-def learned(track: xarray.Dataset) -> Finding:
+def learned(track: Dataset) -> Finding:
     """What the sensor learned of the machine; nothing is wrong with that by itself."""
     last = track.isel(time=-1)
     factors = [
@@ -73,7 +71,7 @@ def learned(track: xarray.Dataset) -> Finding:
     return Finding("learned by the sensor", Verdict.PASSED, f"{', '.join(factors)} of the data sheet")
 
 
-def confidence(track: xarray.Dataset, motor_stands: bool, stroke: float) -> Finding:
+def confidence(track: Dataset, motor_stands: bool, stroke: float) -> Finding:
     """How sure the sensor is in the end, and whether it called the inputs invalid."""
     status = track["status"].values
     wrong = status > int(Status.TOO_UNCERTAIN)  # an input; a position that is not sure enough yet is another matter
@@ -98,7 +96,7 @@ def confidence(track: xarray.Dataset, motor_stands: bool, stroke: float) -> Find
     return Finding("sensor", Verdict.PASSED, found)
 
 
-def truth(track: xarray.Dataset) -> Finding:
+def truth(track: Dataset) -> Finding:
     """Whether the position is as wrong as the sensor reports; what it says is invalid is not judged.
 
     Args:
@@ -120,3 +118,58 @@ def truth(track: xarray.Dataset) -> Finding:
         return Finding("truth", Verdict.PASSED, found)
     verdict = Verdict.LOOK_TWICE if within >= _FAILS else Verdict.FAILED
     return Finding("truth", verdict, found, "describe the machine as it was identified, or widen the assumptions")
+
+
+CHECK = "requirement"
+UNSTATED = Finding(
+    CHECK,
+    Verdict.OPEN,
+    "none is stated: the verdict says whether the sensor works as described, not whether that is good enough",
+    'state one: --require "5 mm", or requirement.error of the unit',
+)
+
+
+def requirement(
+    track: Dataset, asked: Requirement | None, stroke: float, mending: Callable[[], list[str]] = list
+) -> Finding:
+    """Whether the track achieves what the position is required for.
+
+    Args:
+        track: as `require` takes it.
+        asked: the requirement; None if there is none.
+        stroke: of the cylinder [m].
+        mending: what else would make the error smaller, the most first; called where the requirement is missed.
+    """
+    if asked is None:
+        return UNSTATED
+    check = require(track, asked, stroke)
+    if not check.is_met:
+        ways = [check.remedy, *mending()] if check.samples and check.error > asked.error else ["visit the end stops"]
+        found = f"missed: {', '.join(check.missing)}; {check.text}"
+        return Finding(CHECK, Verdict.FAILED, found, "; or ".join(filter(None, ways)))
+    if check.is_vague:
+        remedy = "errors of one log prove less than the band: describe the machine as it is, or add a reference"
+        return Finding(CHECK, Verdict.LOOK_TWICE, f"the band is wider than what is required: {check.text}", remedy)
+    return Finding(CHECK, Verdict.PASSED, check.text)
+
+
+def identified(found: Identification) -> list[Finding]:
+    """A finding for each factor that the log tells."""
+    return [_factor(name, found) for name in WORDS]
+
+
+def _factor(name: str, found: Identification) -> Finding:
+    check, estimate = f"data sheet, {WORDS[name]}", found.factors[name]
+    if not estimate.identified:
+        return Finding(check, Verdict.OPEN, "not identifiable from this log")
+    nominal, allowed = AS_DESCRIBED[name], found.judged_by[name]
+    said = f"{estimate.value:.4f} ({estimate.low:.4f} to {estimate.high:.4f}), expected {nominal:g} ± {allowed:.2g}"
+    follows = dependence(estimate.per_kelvin, estimate.per_torque)
+    said += f"; {follows}" if follows else ""
+    if estimate.low > nominal + allowed or estimate.high < nominal - allowed:
+        remedy = "describe the machine as it is: ramsight identify --out tuned.toml"
+        return Finding(check, Verdict.LOOK_TWICE, said, remedy)
+    if found.is_vague(name):
+        remedy = "not determined: its interval is wider than what it is judged by; lift and lower more loads"
+        return Finding(check, Verdict.LOOK_TWICE, said, remedy)
+    return Finding(check, Verdict.PASSED, said)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from ramsight.calibration.identify import EVALUATIONS, Identification, identify
 from ramsight.calibration.identify_record import IdentifyError
@@ -15,16 +14,12 @@ from ramsight.logs.mapped import ChannelMap
 from ramsight.machine.description import Unit
 from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.signals import Dataset
 from ramsight.study.commissioning import log_checks, sensor_checks
 from ramsight.study.commissioning.changes import Change, table_text
-from ramsight.study.commissioning.description_check import description
 from ramsight.study.commissioning.finding import Finding, Verdict
-from ramsight.study.commissioning.requirement_finding import requirement
-from ramsight.study.commissioning.sheet_checks import identified
-from ramsight.study.commissioning.wrong_values import WrongValue
-
-if TYPE_CHECKING:
-    import xarray
+from ramsight.study.commissioning.sensor_checks import identified, requirement
+from ramsight.study.commissioning.wrong_values import WrongValue, description
 
 STEPS = EVALUATIONS + 2
 """How often `advance` is called, at most."""
@@ -52,8 +47,8 @@ class Commissioning:
 
     unit: str
     findings: tuple[Finding, ...]
-    log: xarray.Dataset
-    track: xarray.Dataset | None = None
+    log: Dataset
+    track: Dataset | None = None
     leak_test: LeakTest | None = None
     identification: Identification | None = None
     wrong_value: WrongValue | None = None
@@ -85,9 +80,9 @@ class Commissioning:
 
 def walk(
     unit: HydraulicUnit,
-    log: xarray.Dataset,
-    track_of: Callable[[xarray.Dataset], xarray.Dataset],
-    truth: xarray.Dataset | None = None,
+    log: Dataset,
+    track_of: Callable[[Dataset], Dataset],
+    truth: Dataset | None = None,
     channel_map: ChannelMap | None = None,
     advance: Callable[[float], object] = lambda count: None,
     asked: Requirement | None = None,
@@ -142,9 +137,9 @@ def walk(
 
 def _instead(
     unit: HydraulicUnit,
-    log: xarray.Dataset,
-    track_of: Callable[[xarray.Dataset], xarray.Dataset],
-    truth: xarray.Dataset | None,
+    log: Dataset,
+    track_of: Callable[[Dataset], Dataset],
+    truth: Dataset | None,
     described: Unit | None,
     otherwise: Finding,
 ) -> tuple[Finding, WrongValue | None]:
@@ -164,7 +159,7 @@ def _of_a_wrong_description(finding: Finding) -> Finding:
 
 
 def _sheet(
-    unit: HydraulicUnit, log: xarray.Dataset, truth: xarray.Dataset, advance: Callable[[float], object]
+    unit: HydraulicUnit, log: Dataset, truth: Dataset, advance: Callable[[float], object]
 ) -> tuple[list[Finding], Identification | None]:
     try:
         identification = identify(unit, log, truth, advance=advance)

@@ -12,18 +12,20 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
+from ramsight.calibration.leakage import LeakTest
 from ramsight.errors import DescriptionError
 from ramsight.machine.base import walk
 from ramsight.machine.declare import Quantity
 from ramsight.machine.description import Unit
 from ramsight.plant.build import build
+from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.study.commissioning.observed import LEAK, RELIEF, STROKE, TRAVEL, TURN, Observation, predicted
-from ramsight.tracking.weighing import SURE, WORTH, log_mean, probabilities
-
-Array = NDArray[np.float64]
+from ramsight.signals import Dataset
+from ramsight.study.commissioning.finding import Finding, Verdict
+from ramsight.study.commissioning.observed import LEAK, RELIEF, STROKE, TRAVEL, TURN, Observation, observed, predicted
+from ramsight.tracking.mistakes import SURE, WORTH, log_mean, probabilities
 
 _PRIOR_AS_DESCRIBED = 0.9
 PRIORS = {
@@ -170,3 +172,42 @@ def _cumulated(density: Array) -> Array:
     """Distribution function over `_FINE`, strictly increasing."""
     total = np.cumsum(density + 1e-12)
     return np.asarray(total / total[-1])
+
+
+CHECK = "description"
+_STROKE = "cylinder.stroke"
+_WEAR = "volumetric_efficiency"  # what a worn pump has less of
+
+
+def description(
+    described: Unit | None,
+    unit: HydraulicUnit,
+    log: Dataset,
+    track: Dataset,
+    leak_test: LeakTest | None,
+    truth: Dataset | None,
+) -> tuple[Finding, WrongValue | None]:
+    """A finding on the description, and the value that is likely wrong, if one is.
+
+    Args:
+        described: the description of the unit; None where it was built of something else.
+        unit: built of it.
+        log: without gaps.
+        track: of the kalman sensor.
+        leak_test: of the log, if there is one.
+        truth: measured position [m] over time [s], if there is one.
+    """
+    if described is None:
+        return Finding(CHECK, Verdict.OPEN, "the unit was built without one"), None
+    if any(isinstance(part, DirectionalValve) for part in unit.parts()):
+        return Finding(CHECK, Verdict.OPEN, "a valve meters the rod: the motor's angle is not the rod's travel"), None
+    found = judge(unit.name, described, unit, observed(unit, log, track, leak_test, truth))
+    if not found.off:
+        return Finding(CHECK, Verdict.OPEN, "the log shows nothing to compare it with: ends, torque at relief"), None
+    shown = ", ".join(f"{name} {100 * off:+.1f} %" for name, off in found.off.items())
+    if found.wrong is None:
+        return Finding(CHECK, Verdict.PASSED, f"beside what is described: {shown}"), None
+    stopped = ", or something stopped the rod before its end" if found.wrong.path == _STROKE and truth is None else ""
+    remedy = f"likeliest wrong value: {found.wrong.text}{stopped}; check and correct it, then commission again"
+    worn = found.wrong.path.endswith(_WEAR)
+    return Finding(CHECK, Verdict.LOOK_TWICE if worn else Verdict.FAILED, f"contradicted: {shown}", remedy), found.wrong

@@ -11,25 +11,21 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ramsight.argument_kinds import whole_argument
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError
 from ramsight.optional import needing
+from ramsight.signals import Dataset
+from ramsight.study.datasheet.cluster import run
 from ramsight.study.datasheet.linear import Linear, linear_budget, nominal_run
 from ramsight.study.datasheet.measuring import SETTLED, TAUGHT
-from ramsight.study.datasheet.run_tasks import run
 from ramsight.study.datasheet.sobol import Indices, indices
 from ramsight.study.datasheet.study_plan import Plan
 from ramsight.study.datasheet.tracks_of_many import Run
-
-if TYPE_CHECKING:
-    import xarray
-
-Array = NDArray[np.float64]
 
 _DAYS = 8  # days that are looked at for one with references enough
 _EVERY = 1.0  # s, at which an error counts
@@ -67,7 +63,7 @@ class Budget:
             return math.nan
         return float(np.abs(self.indices.first - self.linear.shares).max())
 
-    def dataset(self) -> xarray.Dataset:
+    def dataset(self) -> Dataset:
         """All of it over `quantity`: shares [1], and effects of one standard deviation [m]."""
         with needing("study"):
             import xarray

@@ -1,4 +1,4 @@
-"""A study on Dask distributed: the same tasks, each on one thread of some worker, with the same numbers.
+"""A study's tasks that are not done yet, on threads of this process or on Dask distributed, with the same numbers.
 
 A task takes seconds and computes on one thread alone, so workers of one thread each, or one worker a machine with as
 many threads as it has cores, are both right. Where the store is a folder that all can reach, a worker writes its task's
@@ -9,15 +9,16 @@ at; they go to others.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from ramsight.errors import RamsightError, one_line
+from ramsight.optional import needs
+from ramsight.signals import Dataset
 from ramsight.study.datasheet.machine_tasks import Order, bench_of, work_through
-from ramsight.study.datasheet.needs import needs
 from ramsight.study.datasheet.store import Layout, Store, write_apart
 from ramsight.study.datasheet.studied_duties import Work
 from ramsight.study.datasheet.study_plan import Plan
@@ -132,3 +133,74 @@ def _task(
         return rows, found
     write_apart(path, layout, rows, found)
     return rows, None
+
+
+def run(
+    plan: Plan,
+    path: Path | None,
+    *,
+    client: Any = None,
+    threads: int | None = None,
+    advance: Callable[[int], object] = lambda machines: None,
+) -> Dataset:
+    """Run what is not done yet of a study.
+
+    Args:
+        plan: the study.
+        path: folder of its store; None keeps everything in memory.
+        client: of Dask distributed; None for the threads of this process.
+        threads: how many; by default one for each core that this process may use.
+        advance: called with the number of machines that are done since the last call.
+
+    Returns:
+        What is kept of all machines.
+
+    Raises:
+        StoreError: there is another study's store.
+        OutputError: the store cannot be written; what was written stays.
+    """
+    store = Store(path, plan.layout, plan.count)
+    advance(int(store.done[: plan.count].sum()))
+    if client is not None:
+        run_on(client, plan, store, advance)
+    else:
+        _on_threads(plan, store, threads or processors(), advance)
+    return store.dataset(plan.count)
+
+
+def _on_threads(plan: Plan, store: Store, threads: int, advance: Callable[[int], object]) -> None:
+    tasks = store.tasks(plan.count)
+    running: set[Future[range]] = set()
+    with ThreadPoolExecutor(threads) as pool:
+
+        def begin() -> None:
+            if (rows := next(tasks, None)) is not None:
+                running.add(pool.submit(_task_here, plan, store, rows))
+
+        try:
+            first = next(tasks, None)
+            if first is not None:  # whatever is compiled is compiled once
+                bench_ready(plan)
+                running.add(pool.submit(_task_here, plan, store, first))
+            for _ in range(2 * threads - 1):  # one runs, one waits
+                begin()
+            while running:
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                for one in done:
+                    running.discard(one)
+                    advance(len(one.result()))
+                    begin()
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def bench_ready(plan: Plan) -> None:
+    """Make and compile what a study's machines have in common."""
+    _ = plan.bench
+
+
+def _task_here(plan: Plan, store: Store, rows: range) -> range:
+    found = {**work_through(plan.bench, plan.order(rows)), "values": plan.values(rows)}
+    store.write(rows, found)
+    return rows

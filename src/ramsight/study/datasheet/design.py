@@ -6,14 +6,12 @@ import warnings
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError
 from ramsight.machine.spread import Spread
 from ramsight.optional import needing
 from ramsight.study.datasheet.quantities import Varied
-
-Array = NDArray[np.float64]
 
 METHODS = ("sobol", "latin-hypercube")
 _INSIDE = 1e-12  # from the ends of (0, 1), where a normal distribution has no value

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.duty.drive_report import DriveReport, usual_report
 from ramsight.duty.lagging import lagging
 from ramsight.machine.description import Unit
@@ -21,8 +21,6 @@ from ramsight.plant.oil import T40, T100, Oil, walther_constants
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import ReliefValve
-
-Array = NDArray[np.float64]
 
 _MAGNETS = 600.0  # s; time constant of a servomotor's magnets, some ten minutes [G]
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.outcome import Outcome
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import parameter_values
@@ -21,8 +21,6 @@ from ramsight.study.datasheet.machine_tasks import Bench, Order, runs, work_thro
 from ramsight.study.datasheet.measuring import UNUSABLE
 from ramsight.study.datasheet.quantities import Varied
 from ramsight.study.datasheet.tracks_of_many import Run, tracked
-
-Array = NDArray[np.float64]
 
 REPORTED = (
     "torque_gain", "torque_offset", "torque_drift", "torque_delay", "torque_noise", "thermometer_offset",

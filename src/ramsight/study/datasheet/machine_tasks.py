@@ -8,9 +8,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ramsight import machine as machines
+from ramsight.arrays import Array
 from ramsight.calibration.sensors import sensor_for
 from ramsight.duty.drive_report import declared_report, further_report
 from ramsight.duty.profile import Duty
@@ -29,8 +29,6 @@ from ramsight.study.datasheet.measuring import SHAPES, first_position, measures
 from ramsight.study.datasheet.studied_duties import Work
 from ramsight.study.datasheet.tracks_of_many import Run, tracked
 
-Array = NDArray[np.float64]
-
 LOOSER = 30.0
 """Tolerances of a study's runs over those of `simulate`: twice as fast, and a position as exact.
 
@@ -46,8 +44,6 @@ class Bench:
 
     Args:
         toml: the description, as text.
-        unit: name of the unit.
-        work: what the machines do.
         sensor: kind of the sensor, or its file.
     """
 
@@ -119,7 +115,6 @@ class Order:
 
     Args:
         numbers: of the machines; noise and, by default, duties follow from them.
-        names: of what varies.
         values: shape (machines, quantities) [SI].
         seed: of the study; with a number it decides a machine's duty and noise.
         common: number of the machine whose duty and noise all have; None if each has its own.

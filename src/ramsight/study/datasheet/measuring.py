@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
 from ramsight.sensor.status import VALIDITIES, Status, validity_levels
 from ramsight.tracking.position_errors import stop_visits
-
-Array = NDArray[np.float64]
 
 TAUGHT = 3
 """References after which the sensor is taken to be taught."""
@@ -68,7 +67,6 @@ class Track:
     Args:
         time: [s], shape (samples,).
         position, std: of the sensor [m].
-        status: of the sensor.
         true: position [m].
         stroke: of the cylinder as it is [m].
         bound: of the sensor's error [m]; None of one that states none.
@@ -130,11 +128,7 @@ def measures(track: Track) -> dict[str, Array | float]:
 
 
 def first_position(track: Track) -> dict[str, float]:
-    """When a sensor that was started without a position knew its position, and how wrong it was then.
-
-    Args:
-        track: of such a sensor.
-    """
+    """When a sensor that was started without a position knew its position, and how wrong it was then."""
     known = np.flatnonzero(track.status != Status.NOT_REFERENCED)
     if not len(known):
         return {"first_position": np.nan, "first_error": np.nan}
@@ -144,7 +138,7 @@ def first_position(track: Track) -> dict[str, float]:
     return {"first_position": float(track.time[k] - track.time[0]), "first_error": error}
 
 
-def _profile(track: Track, error: Array, there: NDArray[np.bool_]) -> Array:
+def _profile(track: Track, error: Array, there: Bools) -> Array:
     """Number, sum and sum of squares of the errors, by direction of motion and place on the stroke."""
     velocity = np.gradient(track.true, track.time)
     place = np.clip((track.true / track.stroke * PLACES).astype(int), 0, PLACES - 1)
@@ -155,7 +149,7 @@ def _profile(track: Track, error: Array, there: NDArray[np.bool_]) -> Array:
     return table
 
 
-def _ageing(size: Array, age: Array, there: NDArray[np.bool_]) -> Array:
+def _ageing(size: Array, age: Array, there: Bools) -> Array:
     kept = there & (age >= 0.0) & (age < AGES * AGE)
     return _moments((age[kept] / AGE).astype(int), size[kept], AGES)
 

@@ -63,8 +63,6 @@ class Varied:
 
     Args:
         name: of a kind (`ramsight.machine.tolerances`), or the path of a value below its unit.
-        unit: that it is shown in.
-        text: what it is.
         spread: how, in SI.
         source: where the tolerance comes from; begins with `DEFAULT` where nobody has said it.
     """

@@ -6,14 +6,15 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.sensor.status import VALIDITIES
+from ramsight.signals import Dataset
 from ramsight.study.datasheet.budget import Budget
 from ramsight.study.datasheet.measuring import AGE, EDGES, GROUPS, NORMAL_95, TAUGHT, VOUCHED, drift_of
 from ramsight.study.datasheet.statistics import (
@@ -25,11 +26,6 @@ from ramsight.study.datasheet.statistics import (
     slope_of,
 )
 from ramsight.study.datasheet.study_plan import Plan
-
-if TYPE_CHECKING:
-    import xarray
-
-Array = NDArray[np.float64]
 
 SHARES = (0.5, 0.95, 0.997)
 _WORST = 5
@@ -245,7 +241,7 @@ class Sheet:
 
 
 def data_sheet(
-    plan: Plan, found: xarray.Dataset, budget: Budget | None = None, recorded: Sequence[dict[str, Any]] = ()
+    plan: Plan, found: Dataset, budget: Budget | None = None, recorded: Sequence[dict[str, Any]] = ()
 ) -> Sheet:
     """What a study says.
 
@@ -276,7 +272,7 @@ def data_sheet(
     )
 
 
-def _bound(done: xarray.Dataset, ok: Accuracy) -> Bound:
+def _bound(done: Dataset, ok: Accuracy) -> Bound:
     beyond, medians = done["ok_beyond_bound"].values, done["bound"].values
     median = float(np.nanmedian(medians)) if np.isfinite(medians).any() else math.nan
     return Bound(
@@ -288,7 +284,7 @@ def _bound(done: xarray.Dataset, ok: Accuracy) -> Bound:
     )
 
 
-def _accuracy(done: xarray.Dataset, k: int, seed: int) -> Accuracy:
+def _accuracy(done: Dataset, k: int, seed: int) -> Accuracy:
     samples, largest = done["samples"].values[:, k], done["largest"].values[:, k]
     held = samples > 0
     if not held.any():
@@ -305,7 +301,7 @@ def _accuracy(done: xarray.Dataset, k: int, seed: int) -> Accuracy:
     )
 
 
-def _terms(plan: Plan, done: xarray.Dataset) -> list[Term]:
+def _terms(plan: Plan, done: Dataset) -> list[Term]:
     found = [Term(name, quantile_of_machines(values, 0.95), "m", how) for name, values, how in _of_profiles(done)]
     best = _best_p95(done)
     if "oil_temperature" in plan.names:
@@ -342,7 +338,7 @@ def _terms(plan: Plan, done: xarray.Dataset) -> list[Term]:
     return found
 
 
-def _best_p95(done: xarray.Dataset) -> Array:
+def _best_p95(done: Dataset) -> Array:
     """The 95 % error of each machine after most references."""
     p95 = done["p95"].values
     best = np.full(len(p95), np.nan)
@@ -351,7 +347,7 @@ def _best_p95(done: xarray.Dataset) -> Array:
     return best
 
 
-def _of_profiles(done: xarray.Dataset) -> list[tuple[str, Array, str]]:
+def _of_profiles(done: Dataset) -> list[tuple[str, Array, str]]:
     """Non-linearity, hysteresis and non-repeatability of each machine, from its errors by place and direction."""
     profile = done["profile"].values
     number = profile[..., 0]
@@ -401,7 +397,7 @@ def _drift(ageing: Array, value: float, seed: int) -> Known:
     return Known(value, float(low), float(high))
 
 
-def _worst(done: xarray.Dataset) -> tuple[Worst, ...]:
+def _worst(done: Dataset) -> tuple[Worst, ...]:
     largest = done["largest"].values[:, TAUGHT]
     order = [int(k) for k in np.argsort(-np.nan_to_num(largest, nan=-1.0))[:_WORST] if np.isfinite(largest[k])]
     names = [str(name) for name in done["quantity"].values]

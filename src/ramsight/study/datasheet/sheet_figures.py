@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.optional import needing
+from ramsight.signals import Dataset
 from ramsight.study.datasheet.budget import Budget
 from ramsight.study.datasheet.measuring import EDGES, GROUPS, PLACES, TAUGHT
 from ramsight.tracking.figures import ERROR, ESTIMATE, STYLE, TRUTH, UNCERTAIN
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.figure import Figure
 
 _COLOURS = (UNCERTAIN, ESTIMATE, ERROR, TRUTH, TRUTH)
 _SHOWN = 12  # quantities of the budget, the largest
 
 
-def figures(found: xarray.Dataset, budget: Budget | None) -> dict[str, tuple[Figure, str]]:
+def figures(found: Dataset, budget: Budget | None) -> dict[str, tuple[Figure, str]]:
     """All figures of a sheet with their captions, by name.
 
     Args:
@@ -46,10 +46,7 @@ def figures(found: xarray.Dataset, budget: Budget | None) -> dict[str, tuple[Fig
                 "Mean error at each place of the stroke after the third reference: middle machine, and what nine in "
                 "ten lie within, extending and retracting.",
             ),
-            "ageing": (
-                _ageing(done),
-                "How the error grows with time since the last reference, from the third one on.",
-            ),
+            "ageing": (_ageing(done), "How the error grows with time since the last reference, from the third one on."),
         }
         if np.isfinite(done["first_position"].values).any():
             drawn["first"] = (
@@ -75,7 +72,7 @@ def _axes(width: float = 7.2, height: float = 3.2) -> tuple[Figure, Any]:
     return figure, figure.subplots()
 
 
-def _errors(done: xarray.Dataset) -> Figure:
+def _errors(done: Dataset) -> Figure:
     figure, axes = _axes()
     counts = done["errors"].values.sum(axis=0).astype(float)
     edges = 1e3 * EDGES[1:-1]
@@ -96,7 +93,7 @@ def _errors(done: xarray.Dataset) -> Figure:
     return figure
 
 
-def _machines(done: xarray.Dataset) -> Figure:
+def _machines(done: Dataset) -> Figure:
     figure, axes = _axes()
     for k, colour in enumerate(_COLOURS):
         p95 = np.sort(done["p95"].values[:, k])
@@ -112,7 +109,7 @@ def _machines(done: xarray.Dataset) -> Figure:
     return figure
 
 
-def _places(done: xarray.Dataset) -> Figure:
+def _places(done: Dataset) -> Figure:
     figure, axes = _axes()
     profile = done["profile"].values
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -133,7 +130,7 @@ def _places(done: xarray.Dataset) -> Figure:
     return figure
 
 
-def _ageing(done: xarray.Dataset) -> Figure:
+def _ageing(done: Dataset) -> Figure:
     figure, axes = _axes(height=2.8)
     ageing, age = done["ageing"].values.sum(axis=0), done["age"].values
     held = ageing[:, 0] > 0
@@ -148,7 +145,7 @@ def _ageing(done: xarray.Dataset) -> Figure:
     return figure
 
 
-def _first(done: xarray.Dataset) -> Figure:
+def _first(done: Dataset) -> Figure:
     figure, axes = _axes(height=2.6)
     first = done["first_position"].values
     known = np.sort(first[np.isfinite(first)])

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ramsight.output import whole_folder
+from ramsight.signals import Dataset
 from ramsight.study.datasheet.sheet import Sheet
 from ramsight.study.datasheet.sheet_figures import figures
 from ramsight.study.datasheet.sheet_page import sheet_page
 from ramsight.study.datasheet.sheet_requirement import SheetRequirement
 
-if TYPE_CHECKING:
-    import xarray
-
 FILES = ("sheet.html", "sheet.json", "assumed.toml")
 
 
-def write_sheet(
-    sheet: Sheet, found: xarray.Dataset, out: Path, title: str, judged: SheetRequirement | None = None
-) -> None:
+def write_sheet(sheet: Sheet, found: Dataset, out: Path, title: str, judged: SheetRequirement | None = None) -> None:
     """Write a sheet into a folder; what else is there stays.
 
     Args:

@@ -6,6 +6,7 @@ import base64
 import io
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,6 @@ from ramsight.output.html_page import page, row, table
 from ramsight.study.datasheet.budget import Budget
 from ramsight.study.datasheet.measuring import GROUPS
 from ramsight.study.datasheet.sheet import SHARES, Accuracy, Sheet, Term
-from ramsight.study.datasheet.side_by_side import PUBLISHED
 from ramsight.study.datasheet.statistics import Known
 from ramsight.study.datasheet.studied_duties import DRAWN
 from ramsight.units import format_si
@@ -300,3 +300,65 @@ def _figure(drawn: Mapping[str, tuple[Figure, str]], name: str) -> list[str]:
     data = base64.b64encode(stream.getvalue()).decode()
     image = f'<img alt="{escape(name)}" src="data:image/png;base64,{data}">'
     return [f"<figure>{image}<figcaption>{escape(caption)}</figcaption></figure>"]
+
+
+# Published figures of position sensors that are built into cylinders, to lay a sheet beside.
+#
+# Each is for a nominal length of 500 mm; where a sheet gives "whichever is greater", that one.
+
+
+@dataclass(frozen=True)
+class Published:
+    """What a maker says of a sensor; text, because each says it in his own way.
+
+    Args:
+        source: where it is said.
+    """
+
+    name: str
+    figures: dict[str, str]
+    source: str
+
+
+PUBLISHED = (
+    Published(
+        "Temposonics R-Series RH, SSI",
+        {
+            "non-linearity": "±0.05 mm (0.01 %)",
+            "hysteresis": "0.004 mm",
+            "non-repeatability": "±0.005 mm (0.001 %)",
+            "resolution": "0.002 mm",
+            "time to first position": "at once, absolute",
+            "drift without reference": "none, absolute",
+        },
+        "MTS Systems, Temposonics R Series, synchronous serial interface, product specifications",
+    ),
+    Published(
+        "Balluff BTL5-P/I/L/M1, rod",
+        {
+            "non-linearity": "±0.1 mm",
+            "hysteresis": "0.004 mm",
+            "non-repeatability": "±0.002 mm, typical",
+            "temperature drift": "0.0175 mm/K (35 ppm/K)",
+            "resolution": "0.002 mm",
+            "time to first position": "at once, absolute",
+            "drift without reference": "none, absolute",
+        },
+        "Balluff, BTL5-P/I/L/M1-M-H/W(8)-S, user's guide, 6.1",
+    ),
+    Published(
+        "Balluff BTL7-V50T, profile",
+        {
+            "non-linearity": "±0.03 mm",
+            "hysteresis": "±0.01 mm",
+            "non-repeatability": "±0.005 mm",
+            "temperature drift": "0.009 mm/K (18 ppm/K)",
+            "resolution": "0.001 mm",
+            "update time": "1.4 ms (710 Hz)",
+            "time to first position": "at once, absolute",
+            "drift without reference": "none, absolute",
+        },
+        "Balluff, BTL7-V50T-M-P-C003, user's guide, 6.1 and 6.6",
+    ),
+)
+"""Three sensors. Empty where a maker says nothing of a term."""

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ramsight.study.datasheet.needs import needs
-
-Array = NDArray[np.float64]
+from ramsight.arrays import Array
+from ramsight.optional import needs
 
 _RESAMPLED = 200  # times, for the intervals
 _CONFIDENCE = 0.95
@@ -84,8 +82,4 @@ def indices(dimensions: int, values: Array, seed: int) -> Indices:
 
 
 def _problem(dimensions: int) -> dict[str, object]:
-    return {
-        "num_vars": dimensions,
-        "names": [f"x{k}" for k in range(dimensions)],
-        "bounds": [[0.0, 1.0]] * dimensions,
-    }
+    return {"num_vars": dimensions, "names": [f"x{k}" for k in range(dimensions)], "bounds": [[0.0, 1.0]] * dimensions}

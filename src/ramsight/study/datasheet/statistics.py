@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.optional import needing
-
-Array = NDArray[np.float64]
 
 _RESAMPLED = 400  # times, of the machines, for the interval of a quantile of errors
 _TAIL = 0.025  # on each side of a 95 % interval

@@ -13,20 +13,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array, Bools
 from ramsight.errors import OutputError, RamsightError, one_line
-from ramsight.optional import needing
+from ramsight.optional import needing, needs
+from ramsight.signals import Dataset
 from ramsight.study.datasheet.measuring import AGE, AGES, COUNTS, EDGES, GROUPS, PLACES, SHAPES, UNITS
-from ramsight.study.datasheet.needs import needs
-
-if TYPE_CHECKING:
-    import xarray
-
-Array = NDArray[np.float64]
 
 FORMAT = 2
 _MACHINE, _KIND = "machine", "ramsight study"
@@ -42,10 +37,7 @@ class Layout:
 
     Args:
         study: what makes the study what it is; a store of another one is rejected.
-        names: of what varies.
-        units: of what varies, in SI.
         moments: times at which signed errors are kept [s].
-        task: machines a task, and a chunk.
     """
 
     study: Mapping[str, Any]
@@ -73,8 +65,6 @@ class Store:
 
     Args:
         path: folder of the store; `None` keeps all in memory.
-        layout: what it is for.
-        count: machines.
 
     Raises:
         StoreError: there is another study's, or something that is no store.
@@ -144,7 +134,7 @@ class Store:
         group["done"].resize((count,))
 
     @property
-    def done(self) -> NDArray[np.bool_]:
+    def done(self) -> Bools:
         """Which machines are done, shape (machines,)."""
         with _read(self.path):
             return np.asarray(self._group["done"][:]).astype(bool)
@@ -175,7 +165,7 @@ class Store:
         """What is written, opened once: that takes half as long as to write it."""
         return {name: self._group[name] for name in self._layout.arrays}
 
-    def dataset(self, count: int) -> xarray.Dataset:
+    def dataset(self, count: int) -> Dataset:
         """What is there of the first machines, those that are done, over `machine`."""
         with needing("study"):
             import xarray

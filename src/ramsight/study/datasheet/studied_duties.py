@@ -70,12 +70,7 @@ class Work:
         loads = usual_loads(sheet)
         if self.kind == "work-day":
             done = work_day(
-                sheet,
-                (min(loads), max(loads)),
-                kelvin,
-                duration=self.duration,
-                visit_every=self.visit_every,
-                seed=seed,
+                sheet, (min(loads), max(loads)), kelvin, duration=self.duration, visit_every=self.visit_every, seed=seed
             )
         elif self.kind in USES:
             done = loader_work(sheet, self.kind, kelvin, duration=self.duration, seed=seed)

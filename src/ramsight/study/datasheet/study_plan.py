@@ -9,8 +9,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.errors import DescriptionError
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Machine
@@ -19,8 +19,6 @@ from ramsight.study.datasheet.machine_tasks import Bench, Order, bench_of
 from ramsight.study.datasheet.quantities import Varied, varied
 from ramsight.study.datasheet.store import Layout
 from ramsight.study.datasheet.studied_duties import Work
-
-Array = NDArray[np.float64]
 
 TASK = 32
 """Machines a task: some seconds of work, so that handing tasks out costs little and a stop loses little."""
@@ -32,13 +30,9 @@ class Plan:
 
     Args:
         toml: the description as text, as far as it matters for the unit.
-        unit: name of the unit.
-        work: what the machines do.
         sensor: kind of the sensor, or its file.
-        quantities: what varies.
         correlations: of pairs of them, by two names with a hyphen between.
         seed: decides everything.
-        method: of the design.
         count: machines; of a Latin hypercube it belongs to the design.
         common: number of the machine whose duty and noise all have; None if each has its own.
         moments: times at which signed errors are kept [s].

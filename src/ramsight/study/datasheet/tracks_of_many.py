@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.recursion import replay_many
 from ramsight.sensor.virtual_sensor import BOUND, VirtualSensor
 from ramsight.study.datasheet.drawn import Drawn
 from ramsight.study.datasheet.measuring import SETTLED, Track
 from ramsight.tracking.position_errors import stop_visits
-
-Array = NDArray[np.float64]
 
 _POWER_UP = 5.0  # s after the first stop, up to which a sensor that was started without a position is looked at
 
@@ -24,7 +22,6 @@ class Run:
     """One machine's duty done: truth, and what its drive reported.
 
     Args:
-        drawn: the machine.
         time: [s], shape (samples,).
         true: position [m].
         inputs: of the sensor, shape (samples, inputs).

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ramsight.drawing.mechanism.bodies import Array, Shapes, shapes
-from ramsight.drawing.mechanism.bucket import rock
-from ramsight.drawing.mechanism.scenery import Scenery, heap_radius
+from ramsight.arrays import Array
+from ramsight.drawing.mechanism.bodies import Shapes, shapes
+from ramsight.drawing.mechanism.bucket import DENSITY, WIDTH, Bucket
+from ramsight.drawing.mechanism.scenery import COLOURS, GHOST, ROCK, Scenery, heap_radius
 from ramsight.optional import needing
 from ramsight.output import atomic_path
 from ramsight.plant.linkage import joints, tip
@@ -20,11 +21,7 @@ from ramsight.plant.linked import LinkedMachine
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: of the bodies, in their order
-COLOURS = ("#c98a1b", "#4d7c8a", "#8a4f7d", "#5b8c5a")
 _POSES = 41  # of the tip's way
-GHOST = "#c8401e"  # of an estimate
-ROCK = "#5b4a37"  # payload
 _INK, _STEEL, _TYRE = "#222222", "#d9c48f", "#4a4f55"
 
 
@@ -116,6 +113,30 @@ def draw_rock(axes: Axes, seen: Shapes, payload: float) -> None:
         axes.fill(*rock(seen.bucket, payload).T, facecolor=ROCK, alpha=0.75, zorder=1)
     elif payload > 0.0 and seen.load is not None:
         axes.add_patch(Circle(_pair(seen.load), heap_radius(payload), color=ROCK, alpha=0.6, zorder=1))
+
+
+def rock(shell: Bucket, payload: float) -> Array:
+    """Outline of so much rock [kg] in a bucket, over the bucket's width; shape (corners, 2).
+
+    Less than a struck bucket lies in its back corner; more is heaped on it.
+    """
+    middle = len(shell.inside) // 2  # its back corner
+    wanted = max(payload, 0.0) / (DENSITY * WIDTH)
+    if wanted <= shell.struck:
+        corner = shell.inside[middle]
+        return np.asarray(corner + np.sqrt(wanted / shell.struck) * (shell.inside - corner))
+    lip, top = shell.inside[0], shell.inside[-1]
+    chord = top - lip
+    size = float(np.linalg.norm(chord))
+    out = np.array([chord[1], -chord[0]]) / size
+    if float(out @ (shell.inside[middle] - lip)) > 0.0:
+        out = -out
+    share = np.linspace(1.0, 0.0, 2 * middle)[:, None]
+    # The corners of a parabola hold a little less than the parabola does.
+    full = 4.0 * share * (1.0 - share)
+    held = float(np.trapezoid(full[::-1, 0], share[::-1, 0])) * size
+    heap = lip + share * chord + full * ((wanted - shell.struck) / held) * out
+    return np.concatenate([shell.inside, heap[1:-1]])
 
 
 def name_parts(axes: Axes, seen: Shapes) -> None:

@@ -4,7 +4,7 @@
 
 Displacement; laminar leakage through gaps (eqs 3, 9, 10: Hagen-Poiseuille, so it goes with 1/viscosity, the dynamic
 one mu = nu rho); leakage through worn edges (orifice, whatever the viscosity): the plant's pump as columns of a linear
-fit, which the real-oil study makes to a real one. `identify` runs the plant itself and takes only the statistics.
+fit, which the real-oil study makes to a real one.
 
 Source of the orifice's part: W. E. Wilson, Trans. ASME 71 (1949) 115, and Schloesser's loss models, which split slip
 into a laminar and a turbulent part.
@@ -16,13 +16,11 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ramsight.normal import TWO_SIDED_95
+from ramsight.arrays import Array
+from ramsight.calibration.identify_balance import sandwich, student
 from ramsight.plant.valve import orifice_flow
-
-Array = NDArray[np.float64]
-Labels = NDArray[np.int64]
 
 
 def root(pressure_rise: ArrayLike) -> Array:
@@ -108,42 +106,3 @@ def fit(design: ArrayLike, response: ArrayLike, clusters: ArrayLike) -> Fit:
     residual = y - scaled @ value
     covariance = sandwich(scaled, residual, groups) / np.outer(scale, scale)
     return Fit(value / scale, covariance, float(count - k), residual)
-
-
-def sandwich(design: Array, residual: Array, clusters: Labels) -> Array:
-    """Covariance of a least-squares estimate whose rows err together within clusters; shape (k, k).
-
-    Args:
-        design: shape (n, k).
-        residual: shape (n,).
-        clusters: numbers from 0, shape (n,).
-    """
-    n, k = design.shape
-    bread = np.linalg.inv(design.T @ design)
-    scores = np.zeros((int(clusters.max()) + 1, k))
-    np.add.at(scores, clusters, design * residual[:, None])
-    count = scores.shape[0]
-    small = count / (count - 1.0) * (n - 1.0) / (n - k)
-    return np.asarray(small * bread @ (scores.T @ scores) @ bread)
-
-
-def student(freedom: float) -> float:
-    """Two-sided 95 % quantile of Student's t, within 0.5 % from 3 degrees of freedom on.
-
-    Args:
-        freedom: degrees of freedom, 3 or more; fewer count as 3.
-
-    Source: Cornish-Fisher expansion, Abramowitz and Stegun 26.7.5.
-
-    Example:
-        >>> round(student(10.0), 2), round(student(float("inf")), 2)
-        (2.23, 1.96)
-    """
-    z, n = TWO_SIDED_95, max(freedom, 3.0)
-    terms = (
-        (z**3 + z) / 4.0,
-        (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / 96.0,
-        (3.0 * z**7 + 19.0 * z**5 + 17.0 * z**3 - 15.0 * z) / 384.0,
-        (79.0 * z**9 + 776.0 * z**7 + 1482.0 * z**5 - 1920.0 * z**3 - 945.0 * z) / 92160.0,
-    )
-    return z + sum(term / n**power for power, term in enumerate(terms, 1))
