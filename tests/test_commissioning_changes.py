@@ -90,7 +90,7 @@ def test_an_earlier_commissioning_of_another_unit_is_refused_of_a_built_unit_too
     for machine, words in (
         (ramsight.build(loader, "bucket"), "mining-loader, boom.*allowed: mining-loader, bucket"),
         (ramsight.build("press"), "is of another machine or unit"),
-        (3, "is no machine"),
+        (3, "machine = 3: is neither text nor path nor Machine"),
     ):
         with pytest.raises(ramsight.DescriptionError, match=words):
             ramsight.commission(machine, tmp_path / "none.csv", since=file)

@@ -105,7 +105,7 @@ def sensor_source(
         resting=REST_TIME,
         moved=SAVE_CHANGE,
         std_change=START_STD,
-        settling=REST_TIME,
+        settling=2.0 * REST_TIME,
         variances=indented(f"if (s->{field_of(one.name)} < R(0.0)) return 0;" for one in declared if one.variance),
         learned=indented(f"to->{name} = from->{name};" for name in map(field_of, sensor.learned)),
         known=field_of(IS_REFERENCED),

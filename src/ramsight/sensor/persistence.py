@@ -220,7 +220,7 @@ class StateFile:
 
     def _awake(self, state: dict[str, float], older: bool) -> dict[str, float]:
         """A saved state as it is after a while of which nothing is known; time begins again."""
-        std = state[VARIANCE] ** 0.5 + abs(state[VELOCITY]) * REST_TIME
+        std = state[VARIANCE] ** 0.5 + abs(state[VELOCITY]) * 2.0 * REST_TIME
         state |= {STARTED: 0.0, CLOCKED: 0.0, VARIANCE: std**2, REFERENCED_NOW: 0.0}
         return forgotten(self._sensor, state) if older else state
 

@@ -248,7 +248,9 @@ DELIVERY_STEPS = Constant(10.0, "1", "samples, after which a chamber's pressure 
 
 # State files.
 CREEP_VELOCITY = Constant(1e-4, "m/s", "slower, a rod moves by less than 1 mm in 10 s: it rests")
-REST_TIME = Constant(2.0, "s", "of rest: pumps have leaked empty, a rod has stopped and is worth saving")
+REST_TIME = Constant(
+    1.0, "s", "of rest, after which a position is worth saving; after twice that a rod has stopped, pumps are empty"
+)
 SAVE_CHANGE = Constant(0.2e-3, "m", "resolution of usual position sensors: smaller changes are not saved")
 
 # Start.

@@ -24,7 +24,7 @@ from ramsight.engine.typed_state import leaf
 from ramsight.expression import Scalar, all_of, scalar
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.thresholds import LIKELY_STDS, MOTOR_TURNS, VALVE_SETTLED
+from ramsight.sensor.thresholds import MOTOR_TURNS, USUAL_STDS, VALVE_SETTLED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +67,7 @@ def correct_zero(
     stood = ca.if_else(stands, ca.fmin(state.stood + sample.elapsed, 2.0 * VALVE_SETTLED), 0.0)
     predicted = ca.fmin(state.variance + drive.zero_walk**2 * sample.elapsed, drive.zero**2)
     missed = sample.motor_torque - state.zero
-    counts = all_of(stood > VALVE_SETTLED, missed**2 < LIKELY_STDS**2 * (predicted + noise))
+    counts = all_of(stood > VALVE_SETTLED, missed**2 < USUAL_STDS**2 * (predicted + noise))
     gain = ca.if_else(counts, predicted / (predicted + noise + expected**2), 0.0)
     zero = state.zero + gain * missed
     after = TorqueZeroState(zero=zero, variance=(1.0 - gain) * predicted, stood=stood)

@@ -173,7 +173,7 @@ DETECTORS = (
         "the machine explains the torque",
         f"{2.0 * SURE_STDS:g} standard deviations; {IMPOSSIBLE_LOAD:g} × the load at relief pressure; "
         f"at rest {_percent(FRICTION_TORQUE_SHARE)} of the torque there",
-        f"{VALVE_SETTLED:g} s; {GAP_PERIOD:g} s; {REST_TIME:g} s of rest",
+        f"{VALVE_SETTLED:g} s; {GAP_PERIOD:g} s; {2.0 * REST_TIME:g} s of rest",
         "without a usable torque the last one is used",
     ),
     Detector(

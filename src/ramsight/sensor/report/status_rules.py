@@ -174,7 +174,7 @@ def implausible_torque(
     impossible_for = _while(all_of(free, beyond), state.impossible_for, dt)
     resting_for = _while(negated(turning), state.resting_for, dt)
     smoothed = state.at_rest + dt / (VALVE_SETTLED + dt) * (torque.innovation - state.at_rest)
-    at_rest = ca.if_else(lasted(resting_for, REST_TIME), smoothed, 0.0)
+    at_rest = ca.if_else(lasted(resting_for, 2.0 * REST_TIME), smoothed, 0.0)
     implausible = any_of(lasted(unexplained_for, VALVE_SETTLED), lasted(impossible_for, GAP_PERIOD))
     offset = ca.fabs(at_rest) > FRICTION_TORQUE_SHARE * model.relief_torque + torque.hidden
     after = PlausibilityState(
