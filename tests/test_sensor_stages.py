@@ -542,7 +542,7 @@ SHAFT = CounterState(angle=ca.SX(7.0), begun=ca.SX(1.0))
         (7.0 + 301.0 * H, 100.0, 1.0),
         (7.0 - 301.0 * H, 100.0, 1.0),
         (NAN, 100.0, 0.0),
-        (1e12, 100.0, 0.0),
+        (1e9, 100.0, 0.0),
     ],
 )
 def test_a_counter_counts_between_two_samples_unless_it_jumps(angle, speed, jumps):
@@ -642,7 +642,7 @@ def reading(reported, *, begun=1.0, elapsed=H, torque=50.0, state=None):
 
 @pytest.mark.parametrize(
     ("reported", "begun", "elapsed", "there"),
-    [(5500.0, 1.0, H, 1.0), (NAN, 1.0, H, 0.0), (1e12, 1.0, H, 0.0), (5500.0, 0.0, H, 0.0), (5500.0, 1.0, 0.0, 0.0)],
+    [(5500.0, 1.0, H, 1.0), (NAN, 1.0, H, 0.0), (1e9, 1.0, H, 0.0), (5500.0, 0.0, H, 0.0), (5500.0, 1.0, 0.0, 0.0)],
 )
 def test_a_power_is_a_mean_of_two_samples(reported, begun, elapsed, there):
     found = reading(reported, begun=begun, elapsed=elapsed)

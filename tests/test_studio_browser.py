@@ -169,8 +169,9 @@ def test_the_lever_moves_the_boom_and_the_estimate_follows_within_the_band(page)
     shown = page.evaluate("['now-true', 'now-kalman'].map((one) => +document.getElementById(one).innerText)")
     assert abs(shown[0] - shown[1]) < 5.0
     assert page.locator("#status-boom-kalman").inner_text() == "uncertain: reference due"  # no contact agrees yet
-    assert page.locator("[data-circuit=boom] g.open").count() > 0
     picture(page, "studio-live.png")
+    page.locator("[data-circuit=boom]").scroll_into_view_if_needed()  # what is not seen is not drawn
+    wait(page, lambda: page.locator("[data-circuit=boom] g.open").count() > 0)
     page.get_by_role("button", name="stop boom").click()
     wait(page, lambda: newest(page, "speed") == 0.0)
 
@@ -325,6 +326,7 @@ def moving(page, unit="boom"):
 
 def test_dashes_go_as_the_oil_goes_stand_with_it_and_a_relief_valve_that_spits_says_so(page):
     wait(page, lambda: newest(page, "position") is not None)
+    page.locator("[data-circuit=boom]").scroll_into_view_if_needed()
     wait(page, lambda: moving(page) == [])
     page.get_by_role("button", name="lift boom").click()
     wait(page, lambda: newest(page, "speed") > 1900.0)

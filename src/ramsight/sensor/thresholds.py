@@ -44,6 +44,11 @@ MIXED_FRICTION_SPEED = Constant(
 
 # Input check: time.
 NUMBER_LIMIT = Constant(1e12, "1", "larger than any quantity of a drive in SI units; not-a-number fails the comparison")
+MEASURABLE_LIMIT = Constant(
+    1e9,
+    "1",
+    "larger than any angle, power, pressure or position in SI units; 1e10 stands for what is not measured",
+)
 SAMPLE = Constant(0.02, "s", "usual period of a drive's cyclic report, 50 Hz")
 USUAL_PERIOD = Constant(0.1, "s", "slowest usual rate of a drive's cyclic report, 10 Hz")
 GAP_PERIOD = 1.5 * USUAL_PERIOD

@@ -23,7 +23,7 @@ from ramsight.engine.typed_state import column, initial_values, leaf, leaves, sy
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, flag, negated, scalar_symbol
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import JUMPS_MOST, MEMORY_TIME, NUMBER_LIMIT, OTHER_FASTEST
+from ramsight.sensor.thresholds import JUMPS_MOST, MEASURABLE_LIMIT, MEMORY_TIME, OTHER_FASTEST
 
 TOLERANCE, TIME_TO_ALERT = 2e-3, 0.2
 """What a position sensor may be wrong by [m], and for how long two have to be apart [s], unless more is declared."""
@@ -103,7 +103,7 @@ def compare(
     """
     time, position, other = sample["time"], sample["position"], sample["other"]
     stroke, tolerance = settings["stroke"], settings["tolerance"]
-    shows = ca.fabs(other) < NUMBER_LIMIT
+    shows = ca.fabs(other) < MEASURABLE_LIMIT
     elapsed = ca.if_else(state.begun, time - state.time, 0.0)
     outside = any_of(other < -tolerance, other > stroke + tolerance)
     reach = OTHER_FASTEST * settings["fastest"] * elapsed + 2.0 * tolerance

@@ -21,7 +21,7 @@ from ramsight.engine.recursion import Graph, Recursion, replay
 from ramsight.engine.typed_state import column, leaf, leaves, symbols
 from ramsight.expression import Flag, Scalar, all_of, any_of, scalar_symbol
 from ramsight.sensor.checks.disagreement import Sums, summed
-from ramsight.sensor.thresholds import NUMBER_LIMIT
+from ramsight.sensor.thresholds import MEASURABLE_LIMIT
 
 _INPUTS = ("time", "one", "other")
 _SET = ("noise", "offset", "gain", "delay")
@@ -106,7 +106,7 @@ def agreement_graph(memory: float) -> Recursion:
     u = {name: scalar_symbol(name) for name in _INPUTS}
     p = {name: scalar_symbol(name) for name in _SET}
     state = symbols(AgreementState())
-    both = all_of(ca.fabs(u["one"]) < NUMBER_LIMIT, ca.fabs(u["other"]) < NUMBER_LIMIT)
+    both = all_of(ca.fabs(u["one"]) < MEASURABLE_LIMIT, ca.fabs(u["other"]) < MEASURABLE_LIMIT)
     elapsed = ca.if_else(state.begun, ca.fmax(u["time"] - state.time, 0.0), 0.0)
     level = ca.if_else(both, u["one"], state.sums.level)
     lasting = ca.if_else(both, ca.sqrt(p["offset"] ** 2 + (p["gain"] * level) ** 2), 0.0)

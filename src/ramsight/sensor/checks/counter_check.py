@@ -16,9 +16,9 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
     JUMPS_MOST,
     LIMIT_SHARE,
+    MEASURABLE_LIMIT,
     MEMORY_TIME,
     MIXED_FRICTION_SPEED,
-    NUMBER_LIMIT,
     SHORTEST_STEP,
     TURNED_LEAST,
 )
@@ -104,7 +104,7 @@ def read_counter(state: CounterCheckState, sample: Sample, model: MachineModel) 
     angle, before = sample.measured[SHAFT_ANGLE], _before(sample)
     h = sample.elapsed
     turned = (angle - before.angle) / ca.fmax(h, SHORTEST_STEP)
-    goes_on = all_of(all_of(ca.fabs(angle) < NUMBER_LIMIT, before.begun), h > 0.0)
+    goes_on = all_of(all_of(ca.fabs(angle) < MEASURABLE_LIMIT, before.begun), h > 0.0)
     # A counter that overflows or is reset jumps once; one that jumps again and again counts nothing.
     jumped = all_of(goes_on, ca.fabs(turned) > LIMIT_SHARE * model.max_speed)
     jumps = ca.exp(-h / MEMORY_TIME) * state.jumps + count(jumped)

@@ -24,7 +24,7 @@ from ramsight.sensor.checks.disagreement import Disagreement, Sums, growth_from_
 from ramsight.sensor.checks.power_check import PowerReading, PowerState
 from ramsight.sensor.inputs.sample import DC_POWER, SHAFT_ANGLE, Sample, declared_inputs
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.thresholds import NUMBER_LIMIT
+from ramsight.sensor.thresholds import MEASURABLE_LIMIT
 
 Outputs = Mapping[str, tuple[Scalar, str]]
 """Expressions by the names of outputs, with their units."""
@@ -174,7 +174,7 @@ def _check_torque(
     onset, grows = growth_from_onset(state.torque_onset, wrong, rate, sample.elapsed)
     diagnosis, more = diagnose(state.diagnosis, sample, reading.pair(counter.speed, covariance), wrong)
     reported = reading.reported
-    there = ca.fabs(reported) < NUMBER_LIMIT
+    there = ca.fabs(reported) < MEASURABLE_LIMIT
     after = PowerState(
         last=ca.if_else(there, reported, state.last),
         begun=there,

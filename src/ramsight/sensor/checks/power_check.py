@@ -26,9 +26,9 @@ from ramsight.sensor.thresholds import (
     FRICTION_TORQUE_SHARE,
     HALF,
     LIMIT_SHARE,
+    MEASURABLE_LIMIT,
     MEMORY_TIME,
     MIXED_FRICTION_SPEED,
-    NUMBER_LIMIT,
     SHORTEST_STEP,
     TURNED_LEAST,
 )
@@ -110,7 +110,7 @@ class PowerReading:
     def of(cls, state: PowerState, sample: Sample, model: MachineModel) -> PowerReading:
         """The power at a sample of a machine that declares it."""
         reported = sample.measured[DC_POWER]
-        there = all_of(all_of(ca.fabs(reported) < NUMBER_LIMIT, state.begun), sample.elapsed > 0.0)
+        there = all_of(all_of(ca.fabs(reported) < MEASURABLE_LIMIT, state.begun), sample.elapsed > 0.0)
         return cls(
             state=state,
             sample=sample,
