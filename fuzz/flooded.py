@@ -21,7 +21,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from frames import DRIVE, NODE, OPERATE, WARM
+from frames import DRIVE, NODE, OPERATE, WARM, has_bus
 from harness import READ, WRONG, Rng, Section
 
 CASES = 10
@@ -148,19 +148,9 @@ def _check(prepared: Prepared, _: Rng, __: Path) -> tuple[str, str]:
     return (READ if late <= _LATE else WRONG), detail
 
 
-def _has_bus() -> bool:
-    import can
-
-    try:
-        can.Bus(interface="udp_multicast", channel=_GROUP).shutdown()
-    except (can.CanError, OSError, ImportError):
-        return False
-    return True
-
-
 SECTIONS = (
     [Section("OPC UA flooded", CASES, prepare, _check, _PATIENCE, tells=True)]
-    if find_spec("asyncua") and _has_bus()
+    if find_spec("asyncua") and has_bus(_GROUP)
     else []
 )
 

@@ -45,6 +45,17 @@ _VALUES = (
 _FORGET = b"forg"
 
 
+def has_bus(group: str) -> bool:
+    """Whether this machine lets processes talk over a multicast group as over a bus."""
+    import can
+
+    try:
+        can.Bus(interface="udp_multicast", channel=group).shutdown()
+    except (can.CanError, OSError, ImportError):
+        return False
+    return True
+
+
 def request(rng: Rng) -> bytes:
     """An SDO request: an object that there is, or is not; any command; a value at a border, or of chance.
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from frames import DRIVE, NODE, OPERATE, WARM
+from frames import DRIVE, NODE, OPERATE, WARM, has_bus
 from harness import READ, REFUSED, WRONG, Rng, Section
 from judge import FARTHEST, WORK_DAY, Judge
 
@@ -165,14 +165,4 @@ def _lives(machine: _Machine, rng: Rng, *, first: bool) -> float:
     return max(worst, machine.go(0.5, moves=False), machine.go(float(rng.uniform(*_LASTS)), moves=True))
 
 
-def _has_bus() -> bool:
-    import can
-
-    try:
-        can.Bus(interface="udp_multicast", channel=_GROUP).shutdown()
-    except (can.CanError, OSError, ImportError):
-        return False
-    return True
-
-
-SECTIONS = [Section("restart on a busy bus", CASES, prepare, _check, 600.0)] if _has_bus() else []
+SECTIONS = [Section("restart on a busy bus", CASES, prepare, _check, 600.0)] if has_bus(_GROUP) else []

@@ -43,21 +43,21 @@ KINDS = tuple(Kind)
 """All of them; a smaller sensor has the first, the last, and some between."""
 
 
-def state_of(kind: Kind, quantity: Quantity) -> str:
-    """Name of the state that a hypothesis has for a quantity.
+def state_of(place: int, quantity: Quantity) -> str:
+    """Name of the state that the hypothesis at a place has for a quantity; where there are all, a `Kind` is its place.
 
     Example:
         >>> state_of(Kind.LOW, Quantity.LEAKAGE)
         'hypotheses[2].leakage'
     """
-    return f"hypotheses[{int(kind)}].{quantity}"
+    return f"hypotheses[{int(place)}].{quantity}"
 
 
-def covariance_of(kind: Kind, one: Quantity, other: Quantity) -> str:
-    """Name of the state that a hypothesis has for a covariance; `one` comes before `other` in `Quantity`.
+def covariance_of(place: int, one: Quantity, other: Quantity) -> str:
+    """Name of the state that the hypothesis at a place has for a covariance; `one` comes before `other` in `Quantity`.
 
     Example:
         >>> covariance_of(Kind.DESCRIBED, Quantity.LEAKAGE, Quantity.LEAKAGE)
         'hypotheses[0].covariance[leakage,leakage]'
     """
-    return f"hypotheses[{int(kind)}].covariance[{one},{other}]"
+    return f"hypotheses[{int(place)}].covariance[{one},{other}]"

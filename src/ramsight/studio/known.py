@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ramsight.sensor.kind import Kind
+from ramsight.sensor.kind import Kind, covariance_of, state_of
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST, STATUS, Estimate, VirtualSensor
+from ramsight.sensor.thresholds import OTHERWISE
+from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST, Estimate, VirtualSensor
 
 _LEARNED = {"leakage": "leak_factor", "displacement": "displacement_factor", "compliance": "compliance_factor"}
 _MOVED = 0.02  # probability by which a hypothesis has become likelier
-_TELLS = 0.01  # probability from which on a hypothesis widens the band
 _KEPT = 4  # of what has moved the hypotheses, the newest
 
 _NEXT = {
@@ -68,18 +68,17 @@ class Known:
         """
         state, says = self.sensor.state, self.sensor.says
         chances = {kind: says(f"{kind.text}_probability") for kind in self.kinds}
-        self._follow(time, referred, chances)
+        self._follow(time, (state["met_low"], state["met_top"]), referred, chances)
         known = said.status is not Status.NOT_REFERENCED and math.isfinite(said.position)
-        own = [f"hypotheses[{k}]" for k in range(len(self.kinds))]
-        variances = [state[f"{one}.covariance[{Quantity.POSITION},{Quantity.POSITION}]"] for one in own]
-        places = [state["position"] + state[f"{one}.{Quantity.POSITION}"] for one in own]
+        at, count = Quantity.POSITION, len(self.kinds)
+        variances = [state[covariance_of(k, at, at)] for k in range(count)]
+        places = [state["position"] + state[state_of(k, at)] for k in range(count)]
         return {
             "stroke": _mm(self._stroke),
             "position": _mm(said.position) if known else None,
             "low": _mm(says(LOWEST)) if known else 0.0,
             "high": _mm(says(HIGHEST)) if known else _mm(self._stroke),
             "bound": _mm(says(BOUND)) if known else None,
-            "status": Status(int(says(STATUS))).text,
             "hypotheses": [
                 {"name": kind.text, "words": kind.words, "place": _mm(place), "std": _mm(math.sqrt(max(variance, 0.0))),
                  "chance": round(chances[kind], 5)}
@@ -94,13 +93,11 @@ class Known:
             "next": self.surer(known=known, chances=chances),
         }  # fmt: skip
 
-    def _follow(self, time: float, referred: float, chances: dict[Kind, float]) -> None:
+    def _follow(self, time: float, met: tuple[float, float], referred: float, chances: dict[Kind, float]) -> None:
         """Take note of what was measured since the last look, and of what it made likelier."""
-        state = self.sensor.state
-        met, before = (state["met_low"], state["met_top"]), self._met
         why = "by its way since"
-        if met != before:
-            why, self._since = f"{'retracted' if met[0] != before[0] else 'extended'} end met", time
+        if met != self._met:
+            why, self._since = f"{'retracted' if met[0] != self._met[0] else 'extended'} end met", time
         elif math.isfinite(referred) and referred != self._referred:
             why, self._since = "a reference", referred
         by = {kind: chance - self._chances.get(kind, chance) for kind, chance in chances.items()}
@@ -120,7 +117,7 @@ class Known:
         """
         if not known:
             return _NEXT[Kind.UNKNOWN_POSITION]
-        others = {kind: chance for kind, chance in chances.items() if kind in _NEXT and chance > _TELLS}
+        others = {kind: chance for kind, chance in chances.items() if kind in _NEXT and chance > OTHERWISE}
         if others:
             return _NEXT[max(others, key=lambda kind: others[kind])]
         return "Nothing but a new reference: each end that it meets takes away what the way has added since."

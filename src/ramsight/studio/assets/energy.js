@@ -1,20 +1,12 @@
 // Where the energy goes: what came in on the left, where it went on the right, bands as wide as their energy.
 "use strict";
 (() => {
-  const NS = "http://www.w3.org/2000/svg";
   const GAP = 6, BAR = 12, LINE = 15, NARROW = 160, FOOT = 30; // px
   const LEAST = 0.004; // share of the whole that is drawn
   const COLOURS = { "drive": "--true", "load comes down": "--balance", "load": "--balance", "back to the drive": "--true", "stored, tank and air": "--soft" };
 
-  const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
+  const { css, element } = studio;
   const colour = (name) => css(COLOURS[name] ?? "--kalman");
-
-  function element(kind, attributes, text) {
-    const made = document.createElementNS(NS, kind);
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-    if (text !== undefined) made.textContent = text;
-    return made;
-  }
 
   // Entries of one side, the largest first, each with its place in pixels.
   function stacked(side, whole, height) {

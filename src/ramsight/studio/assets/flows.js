@@ -1,19 +1,12 @@
 // Oil that moves in the circuit's lines: dashes in the direction of the flow, faster where more flows.
 "use strict";
 (() => {
-  const NS = "http://www.w3.org/2000/svg";
   const LEAST = 0.05; // l/min, a thousandth of what a pump delivers: less stands
   const PERIOD = 18; // of the dashes, in units of the drawing, as in studio.css
   const LINE = 13; // from one line of words to the next, as in drawing/layout.py
   const FASTEST = 110, LONGEST = 0.07; // units a second at a pump's full flow; s, in which they go less than half a period
   const still = matchMedia("(prefers-reduced-motion: reduce)");
-  const laid = {};
-
-  function element(kind, attributes) {
-    const made = document.createElementNS(NS, kind);
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-    return made;
-  }
+  const laid = {}, { element } = studio;
 
   // The middle of a chain's longest piece, and the angle at which it goes on there.
   function middle(points) {

@@ -1,7 +1,6 @@
 // What the sensor knows: the cylinder to scale, over it how likely each place is, and by which hypothesis.
 "use strict";
 (() => {
-  const NS = "http://www.w3.org/2000/svg";
   const HILL = 84, TUBE = 16, FOOT = 34, SIDE = 10; // px
   const NARROW = 1.5; // px, of the narrowest hill
   const ANYWHERE = 0.24; // of the stroke, from which deviation on a place may be any
@@ -9,16 +8,9 @@
   const LOOKS = { described: "--kalman", leaks: "--table", low: "--balance", top: "--second", unknown_position: "--soft" };
   const DIAL = { leakage: [0.5, 2], displacement: [0.97, 1.03], compliance: [0.5, 2] }; // ends of the scales
 
+  const { css, element } = studio;
   const place = (id) => document.getElementById(id);
-  const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
   const percent = (p) => (p > 0 && p < 0.001 ? "< 0.1 %" : `${(100 * p).toFixed(p < 0.1 ? 1 : 0)} %`);
-
-  function element(kind, attributes, text) {
-    const made = document.createElementNS(NS, kind);
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-    if (text !== undefined) made.textContent = text;
-    return made;
-  }
 
   // Of each hypothesis, how likely each pixel is.
   function densities(known, wide, perMm) {

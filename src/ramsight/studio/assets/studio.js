@@ -24,6 +24,12 @@ window.studio = (() => {
   const isSeen = (place) => visible.get(place) !== false;
 
   const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
+  function element(kind, attributes, text) { // of a drawing
+    const made = document.createElementNS("http://www.w3.org/2000/svg", kind);
+    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+    if (text !== undefined) made.textContent = text;
+    return made;
+  }
   const sensor = (one) => series(NAMES[one] ?? one, "--" + one, { dash: DASHES[one], width: one === "kalman" ? 2 : 1.6 });
   const series = (label, colour, more = {}) => ({ label, stroke: css(colour), width: 1.5, spanGaps: false, points: { show: false }, value: (_, v) => v ?? "", ...more });
 
@@ -348,5 +354,5 @@ window.studio = (() => {
     input.dispatchEvent(new Event("change", { bubbles: true }));
   });
 
-  return { beat, newest, watch, isSeen, begin, show, frame, track, studied, forget, draw, css, upright, heading, plots: () => plots, shown: () => shown, count: () => drawn, units, seen };
+  return { beat, newest, watch, isSeen, begin, show, frame, track, studied, forget, draw, css, element, upright, heading, plots: () => plots, shown: () => shown, count: () => drawn, units, seen };
 })();
