@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from ramsight.deploy.compiler import find_compiler
 from ramsight.duty.commissioning_duty import leak_test_speeds, usual_loads
 from ramsight.plant.build import AnyUnit, build
-from ramsight.plant.directional import DirectionalValve
+from ramsight.plant.directional import metered
 from ramsight.plant.holding import Holding, held_by_valve
 from ramsight.plant.load_sensing import MeteringValve
 from ramsight.plant.unit import HydraulicUnit
@@ -119,7 +119,7 @@ def _leak_test(unit: HydraulicUnit, holding: Holding) -> Ability:
 
 
 def _identify(unit: HydraulicUnit) -> Ability:
-    if any(isinstance(part, DirectionalValve) for part in unit.parts()):
+    if metered(unit.parts()):
         return Ability("identify", True, "values of its parts, from runs with a measured position, for a valve meters")
     if held_by_valve(unit):
         return Ability("identify", True, "leakage, displacement, stiffness, friction, efficiency of the pumps")

@@ -17,7 +17,7 @@ from ramsight.calibration.identify_record import IdentifyError, Record, recorded
 from ramsight.calibration.identify_replay import Circuit, Deviation, Run
 from ramsight.calibration.loss_uncertainty import EFFICIENCY
 from ramsight.normal import TWO_SIDED_95
-from ramsight.plant.directional import DirectionalValve
+from ramsight.plant.directional import metered
 from ramsight.signals import Dataset
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ def identify(
     Raises:
         IdentifyError: the two have no time in common, nothing moves, or a valve meters the rod.
     """
-    if any(isinstance(part, DirectionalValve) for part in unit.parts()):
+    if metered(unit.parts()):
         raise IdentifyError(
             f"a valve of unit {unit.name!r} meters the rod, so its travel is not the motor's: find the values of its "
             "parts (ramsight identify with a --map that names the measured position, ramsight.identify_values)"

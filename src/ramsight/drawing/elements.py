@@ -11,7 +11,7 @@ from ramsight.drawing import part_symbols, valve_symbols
 from ramsight.drawing.shapes import Symbol
 from ramsight.errors import DescriptionError
 from ramsight.plant.accumulator import Accumulator
-from ramsight.plant.directional import DirectionalValve
+from ramsight.plant.directional import DirectionalValve, metered
 from ramsight.plant.hose import Hose, Volume
 from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
 from ramsight.plant.pilot_check import PilotCheckValve
@@ -48,7 +48,7 @@ def elements(unit: HydraulicUnit, notes: Mapping[str, str]) -> tuple[Element, ..
     Raises:
         DescriptionError: a part that is no part of the catalogue does not name two nodes, `inlet` and `outlet`.
     """
-    one_way = any(isinstance(part, DirectionalValve) for part in unit.parts())
+    one_way = metered(unit.parts())
     found = []
     for part in unit.parts():
         if part is unit.drive or part is unit.cylinder or isinstance(part, Volume):

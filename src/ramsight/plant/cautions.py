@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from ramsight.machine.description import Unit
-from ramsight.plant.directional import DirectionalValve
+from ramsight.plant.directional import DirectionalValve, metered
 from ramsight.plant.limits import pump_reliefs
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.steady import Derived, derive, torque_at_load
@@ -156,5 +156,5 @@ def _beyond_pumps(described: Unit, words: str, pressure: float) -> Iterator[str]
 
 def _is_pressed_down(unit: HydraulicUnit) -> bool:
     """Whether pumps or a directional valve press on the side that does not hold the load."""
-    valves = any(isinstance(part, DirectionalValve) for part in unit.parts())
+    valves = metered(unit.parts())
     return valves or pumped_into(unit, opposite(unit.held)) != 0.0

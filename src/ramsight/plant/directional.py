@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -86,3 +87,8 @@ class DirectionalValve:
             ("pb", self.pump_port, self.port_b, back, self.conductance),
             ("at", self.port_a, self.tank_port, back, self.conductance),
         )
+
+
+def metered(parts: Iterable[object]) -> bool:
+    """Whether a valve among a unit's parts meters the rod: the motor's angle is not its travel then."""
+    return any(isinstance(part, DirectionalValve) for part in parts)

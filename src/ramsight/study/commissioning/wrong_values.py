@@ -20,7 +20,7 @@ from ramsight.machine.base import walk
 from ramsight.machine.declare import Quantity
 from ramsight.machine.description import Unit
 from ramsight.plant.build import build
-from ramsight.plant.directional import DirectionalValve
+from ramsight.plant.directional import metered
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.signals import Dataset
 from ramsight.study.commissioning.finding import Finding, Verdict
@@ -199,7 +199,7 @@ def description(
     """
     if described is None:
         return Finding(CHECK, Verdict.OPEN, "the unit was built without one"), None
-    if any(isinstance(part, DirectionalValve) for part in unit.parts()):
+    if metered(unit.parts()):
         return Finding(CHECK, Verdict.OPEN, "a valve meters the rod: the motor's angle is not the rod's travel"), None
     found = judge(unit.name, described, unit, observed(unit, log, track, leak_test, truth))
     if not found.off:
