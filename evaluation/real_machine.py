@@ -111,7 +111,7 @@ def _cold_thermometer(log: xarray.Dataset, random: np.random.Generator) -> None:
     log["oil_temperature"].values[:] -= COLDER
 
 
-def _cushions(length: float, flow: float) -> dict[str, Any]:
+def cushions(length: float, flow: float) -> dict[str, Any]:
     lengths = {"cylinder.cushion_length_a": length, "cylinder.cushion_length_b": length}
     return {**lengths, "cylinder.cushion_plunger_a": 0.06, "cylinder.cushion_flow": flow}
 
@@ -163,8 +163,8 @@ EFFECTS: dict[str, Effect] = {
     ),
     "cushions": Effect(
         "end cushions",
-        _cushions(0.03, 40.0 * _LITRE_A_MINUTE),
-        lambda random: _cushions(0.03, random.uniform(25.0, 60.0) * _LITRE_A_MINUTE),
+        cushions(0.03, 40.0 * _LITRE_A_MINUTE),
+        lambda random: cushions(0.03, random.uniform(25.0, 60.0) * _LITRE_A_MINUTE),
     ),
     "displacement": Effect(
         "displacement ± 1.5 %", drawn=lambda random: {"displacement": 1.0 + 0.015 * float(random.choice([-1.0, 1.0]))}

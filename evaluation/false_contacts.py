@@ -1,0 +1,153 @@
+"""What a kalman sensor takes for an end, in hours of work: contacts that are none, and ends that it finds.
+
+A contact counts where it becomes a measurement of the place (`accepted` under a hypothesis). It is false where the true
+piston is further than 1 % of the stroke from both ends. An end is pressed where oil passes the relief valve on it while
+the motor turns; it is found with the first measurement since the piston is there. Machines are drawn as in `work_days`;
+the start is unknown, and the sensor knows no switch. Work is that of a loader (`loader_work`), or that of the steady
+days with visits to both ends (`work_day`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import xarray
+from numpy.typing import NDArray
+from work_days import LOADS, data_sheets
+
+from ramsight.duty import report, simulate
+from ramsight.duty.drive_report import declared_report
+from ramsight.duty.loader_work import loader_work
+from ramsight.duty.profile import Duty
+from ramsight.duty.work_day import work_day
+from ramsight.hindsight.forward import gone_through, silent
+from ramsight.hindsight.innovations import Innovation
+from ramsight.hindsight.trace import Tracer
+from ramsight.intervals import true_intervals
+from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.ddh import DdhUnit
+from ramsight.sensor.virtual_sensor import log_inputs
+
+HOUR = 3600.0
+HOURS = 50
+"""Of each kind of work of each unit; each hour is another machine's."""
+AT_END = 0.01  # share of the stroke
+PRESSED = 0.06  # s at the setting, from when on an end counts as pressed
+_PASSES = 1e-7  # m3/s
+_STARTS = 1.0  # rad/s, of a motor that turns
+
+
+@dataclass
+class Found:
+    """Contacts of some hours.
+
+    Attributes:
+        hours: of work.
+        false: measurements where no end is, and what they were accepted for: time of each [s].
+        refused: those that no hypothesis accepted.
+        pressed: visits to ends that were pressed to the setting, how long [s].
+        delays: of those that were found, after the setting was reached [s].
+    """
+
+    hours: float = 0.0
+    false: int = 0
+    refused: int = 0
+    pressed: list[float] = field(default_factory=list)
+    delays: list[float] = field(default_factory=list)
+
+    def figures(self) -> dict[str, float]:
+        """What they come to; of ends nothing, where none was pressed."""
+        counts = {"hours": self.hours, "false_contacts": self.false, "refused": self.refused}
+        if not self.pressed:
+            return counts
+        return counts | {
+            "ends_pressed": len(self.pressed),
+            "ends_found": len(self.delays) / len(self.pressed),
+            "delay_median_s": float(np.median(self.delays)),
+            "delay_p95_s": float(np.percentile(self.delays, 95.0)),
+        }
+
+
+def worked(unit: DdhUnit, kind: str, seed: int) -> tuple[xarray.Dataset, xarray.Dataset]:
+    """An hour of a machine that its seed draws: what was true, and what its drive reported.
+
+    Args:
+        unit: by its data sheet.
+        kind: "loader" or "steady".
+        seed: the same one gives the same hour.
+    """
+    random = np.random.default_rng([seed, sorted(LOADS).index(unit.name), kind == "loader"])
+    built = AsBuilt(
+        leak=random.uniform(0.75, 1.25),
+        displacement=random.uniform(0.995, 1.005),
+        stiffness=random.uniform(0.6, 1.4),
+        friction=random.uniform(0.6, 1.4),
+    )
+    run = simulate(built.apply(unit), _duty(unit, kind, float(random.uniform(298.15, 328.15)), seed))
+    log = report(run, declared_report(unit, seed))
+    log["motor_torque"] *= random.uniform(0.97, 1.03)
+    log["oil_temperature"] += random.uniform(-3.0, 3.0)
+    return run, log
+
+
+def _duty(unit: DdhUnit, kind: str, warmth: float, seed: int) -> Duty:
+    """An hour's work, at an oil temperature [K]."""
+    if kind == "loader":
+        return loader_work(unit, f"loader-{unit.name}", warmth, duration=HOUR, seed=seed)
+    return work_day(unit, LOADS[unit.name], warmth, duration=HOUR, seed=seed)
+
+
+def visits(run: xarray.Dataset, stroke: float) -> list[tuple[float, float, float]]:
+    """Visits to ends that are pressed to a relief valve's setting.
+
+    Returns:
+        Of each: when it begins and ends, and when the setting is reached [s].
+    """
+    time, position = run["time"].values, run["position"].values
+    opens = (run["relief_a_flow"].values > _PASSES) | (run["relief_b_flow"].values > _PASSES)
+    turns = np.abs(run["motor_speed"].values) > _STARTS
+    near = np.minimum(position, stroke - position) < AT_END * stroke
+    found = []
+    for first, after in true_intervals(near):
+        pressed = near[first:after] & opens[first:after] & turns[first:after]
+        long = [(a, b) for a, b in true_intervals(pressed) if time[first + b - 1] - time[first + a] >= PRESSED]
+        if long:
+            found.append((float(time[first]), float(time[after - 1]), float(time[first + long[0][0]])))
+    return found
+
+
+def judge(found: Found, run: xarray.Dataset, measured: list[Innovation], stroke: float) -> None:
+    """Add an hour."""
+    time, position = run["time"].values, run["position"].values
+    found.hours += float(time[-1] - time[0]) / HOUR
+    taken = [one for one in measured if one.accepted]
+    for one in measured:
+        true = position[np.searchsorted(time, one.time)]
+        if min(true, stroke - true) > AT_END * stroke:
+            found.false += one.accepted
+            found.refused += not one.accepted
+    for begins, ends, reached in visits(run, stroke):
+        found.pressed.append(ends - reached)
+        first = next((one.time for one in taken if begins <= one.time <= ends + 1.0), None)
+        if first is not None:
+            found.delays.append(max(first - reached, 0.0))
+
+
+def study(hours: int, advance: Callable[[int], object]) -> dict[str, dict[str, float]]:
+    """Figures by unit and kind of work, over so many hours of each."""
+    done = {}
+    for name, unit in data_sheets().items():
+        tracer = Tracer.of(unit)
+        for kind in ("loader", "steady"):
+            found = Found()
+            for seed in range(hours):
+                run, log = worked(unit, kind, seed)
+                tracer.sensor.start(None)
+                begun = np.array(list(tracer.sensor.state.values()))
+                gone = gone_through(tracer, log_inputs(tracer.sensor, log), log["time"].values, begun, (), silent)
+                judge(found, run, gone.innovations.measured, unit.cylinder.stroke)
+                advance(1)
+            done[f"{name}, {kind}"] = found.figures()
+    return done
