@@ -80,7 +80,7 @@ class Kind:
         work: what it makes of a day's work.
         machine: draws what the machine has beside the description that it is passed, by the keys of that.
         built: draws factors of `AsBuilt`.
-        bursts: whether the pumps leak three times as much from some moment on.
+        bursts: whether the pumps leak 1.5 to 3 times as much from some moment on.
     """
 
     title: str
@@ -103,7 +103,7 @@ KINDS = {
     "joystick": Kind("speeds that change every 0.25 s", _joystick),
     "jerks": Kind("speeds that are reached in 60 to 150 ms", _jerks),
     "over_centre": Kind("a load that changes its sign", _over_centre),
-    "burst": Kind("pumps that leak three times as much from some moment on", bursts=True),
+    "burst": Kind("pumps that leak 1.5 to 3 times as much from some moment on", bursts=True),
     "cushion": Kind(
         "cushions of 30 mm", machine=lambda described, random: cushions(0.03, random.uniform(25.0, 60.0) * _LITRE_A_MINUTE)
     ),
@@ -122,7 +122,7 @@ def _later(profile: Profile, at: float) -> Profile:
 
 
 def _burst(built: AsBuilt, unit: HydraulicUnit, duty: Duty, random: Random) -> xarray.Dataset:
-    """A day on which the leakage triples while the motor stands, between a third and two thirds of it."""
+    """A day on which the leakage grows while the motor stands, between a third and two thirds of it."""
     begins, ends, speed = duty.motor_speed.time[:-1], duty.motor_speed.time[1:], duty.motor_speed.value
     rests = (speed[:-1] == 0.0) & (speed[1:] == 0.0) & (begins > random.uniform(0.33, 0.66) * duty.duration)
     at = float(0.5 * (begins + ends)[np.flatnonzero(rests)[0]])
@@ -134,7 +134,7 @@ def _burst(built: AsBuilt, unit: HydraulicUnit, duty: Duty, random: Random) -> x
         float(before["position"][-1]),
         end=duty.duration - at,
     )
-    after = simulate(replace(built, leak=3.0 * built.leak).apply(unit), rest).isel(time=slice(1, None))
+    after = simulate(replace(built, leak=random.uniform(1.5, 3.0) * built.leak).apply(unit), rest).isel(time=slice(1, None))
     after = after.assign_coords(time=("time", after["time"].values + float(before["time"][-1]), before["time"].attrs))
     return xarray.concat([before, after], "time", data_vars="minimal", combine_attrs="override")
 

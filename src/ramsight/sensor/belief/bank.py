@@ -244,7 +244,8 @@ class Bank:
     def confined(self, nominal: Scalar, passes: Flag, passed: Real) -> Bank:
         """With no hypothesis in which oil that may pass a relief valve took the piston far beyond the cylinder's ends.
 
-        A little is left, for how far it seems to be beyond an end is what a contact tells of the machine.
+        Under each hypothesis its own stops count, wherever they are. A little is left, for how far it seems to be
+        beyond one is what a contact tells of the machine.
 
         Args:
             nominal: position after the step [m].
@@ -253,9 +254,10 @@ class Bank:
         """
         stroke, gone = self.model.stroke, []
         for h in self.hypotheses:
-            far, position = self._far(h, passed), nominal + h.mean[Quantity.POSITION]
-            back = ca.fmax(-far - position, 0.0) - ca.fmax(position - stroke - far, 0.0)
-            gone.append(ca.if_else(passes, back, 0.0))
+            position = nominal + h.mean[Quantity.POSITION]
+            below = self._beyond(h, Quantity.LOW, h.mean[Quantity.LOW] - position, passed)
+            above = self._beyond(h, Quantity.TOP, position - stroke - h.mean[Quantity.TOP], passed)
+            gone.append(ca.if_else(passes, below - above, 0.0))
         found = [h.shifted(by) for h, by in zip(self.hypotheses, gone, strict=True)]
         return self.with_hypotheses(found).rewound(-of_likeliest(self.hypotheses, gone))
 
@@ -288,6 +290,11 @@ class Bank:
         """
         ahead = ca.if_else(way > 0.0, self.model.stroke - self.position, self.position)
         return ca.fmax(ahead + self.together.likeliest(lambda h: self._far(h, passed)), 0.0)
+
+    def _beyond(self, h: Hypothesis, end: Quantity, over: Scalar, passed: Real) -> Scalar:
+        """How far a piston that seems to be so far beyond a stop is further than what that is uncertain by [m]."""
+        std = ca.sqrt(h.covariance.variance({Quantity.POSITION: 1.0, end: -1.0}))
+        return ca.fmax(over - SURE_STDS * ca.fmax(std - passed, 0.0) - END_GIVES * self.model.stroke, 0.0)
 
     def _far(self, h: Hypothesis, passed: Real) -> Scalar:
         """How far beyond an end a piston may seem to be [m]; what passed a relief valve took it nowhere."""
