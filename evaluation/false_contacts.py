@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import xarray
-from numpy.typing import NDArray
 from work_days import LOADS, data_sheets
 
 from ramsight.duty import report, simulate
@@ -33,6 +33,7 @@ from ramsight.sensor.virtual_sensor import log_inputs
 HOUR = 3600.0
 HOURS = 50
 """Of each kind of work of each unit; each hour is another machine's."""
+KINDS = ("loader", "steady")
 AT_END = 0.01  # share of the stroke
 PRESSED = 0.06  # s at the setting, from when on an end counts as pressed
 _PASSES = 1e-7  # m3/s
@@ -45,9 +46,9 @@ class Found:
 
     Attributes:
         hours: of work.
-        false: measurements where no end is, and what they were accepted for: time of each [s].
-        refused: those that no hypothesis accepted.
-        pressed: visits to ends that were pressed to the setting, how long [s].
+        false: measurements where no end is that the likeliest hypothesis accepted.
+        refused: those that it did not accept.
+        pressed: visits to ends that were pressed to the setting, how long they went on [s].
         delays: of those that were found, after the setting was reached [s].
     """
 
@@ -135,14 +136,19 @@ def judge(found: Found, run: xarray.Dataset, measured: list[Innovation], stroke:
             found.delays.append(max(first - reached, 0.0))
 
 
-def study(hours: int, advance: Callable[[int], object]) -> dict[str, dict[str, float]]:
-    """Figures by unit and kind of work, over so many hours of each."""
+def runs() -> int:
+    """How many hours there are."""
+    return len(KINDS) * len(LOADS) * HOURS
+
+
+def study(advance: Callable[[int], object]) -> dict[str, dict[str, float]]:
+    """Figures by unit and kind of work."""
     done = {}
     for name, unit in data_sheets().items():
         tracer = Tracer.of(unit)
-        for kind in ("loader", "steady"):
+        for kind in KINDS:
             found = Found()
-            for seed in range(hours):
+            for seed in range(HOURS):
                 run, log = worked(unit, kind, seed)
                 tracer.sensor.start(None)
                 begun = np.array(list(tracer.sensor.state.values()))
@@ -151,3 +157,15 @@ def study(hours: int, advance: Callable[[int], object]) -> dict[str, dict[str, f
                 advance(1)
             done[f"{name}, {kind}"] = found.figures()
     return done
+
+
+def table(found: dict[str, Any]) -> list[str]:
+    """A unit and a kind of work a row."""
+    rows = ["| work | hours | false contacts | ends pressed | found | after, median, 95 % [s] |", "|---" * 6 + "|"]
+    for name, row in found.items():
+        ends = "| – | – | – |"
+        if "ends_pressed" in row:
+            after = f"{row['delay_median_s']:.2f}, {row['delay_p95_s']:.2f}"
+            ends = f"| {row['ends_pressed']} | {100 * row['ends_found']:.1f} % | {after} |"
+        rows.append(f"| {name} | {row['hours']:.0f} | {row['false_contacts']} {ends}")
+    return rows

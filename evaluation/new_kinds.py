@@ -105,7 +105,8 @@ KINDS = {
     "over_centre": Kind("a load that changes its sign", _over_centre),
     "burst": Kind("pumps that leak 1.5 to 3 times as much from some moment on", bursts=True),
     "cushion": Kind(
-        "cushions of 30 mm", machine=lambda described, random: cushions(0.03, random.uniform(25.0, 60.0) * _LITRE_A_MINUTE)
+        "cushions of 30 mm",
+        machine=lambda described, random: cushions(0.03, random.uniform(25.0, 60.0) * _LITRE_A_MINUTE),
     ),
     "early_relief": Kind(
         "relief valves that open up to 7 % early", built=lambda random: {"relief": random.uniform(0.93, 1.0)}
@@ -134,7 +135,9 @@ def _burst(built: AsBuilt, unit: HydraulicUnit, duty: Duty, random: Random) -> x
         float(before["position"][-1]),
         end=duty.duration - at,
     )
-    after = simulate(replace(built, leak=random.uniform(1.5, 3.0) * built.leak).apply(unit), rest).isel(time=slice(1, None))
+    after = simulate(replace(built, leak=random.uniform(1.5, 3.0) * built.leak).apply(unit), rest).isel(
+        time=slice(1, None)
+    )
     after = after.assign_coords(time=("time", after["time"].values + float(before["time"][-1]), before["time"].attrs))
     return xarray.concat([before, after], "time", data_vars="minimal", combine_attrs="override")
 

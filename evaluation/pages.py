@@ -15,6 +15,7 @@ import commissioned
 import constants_varied
 import drive_control
 import effects
+import false_contacts
 import fmeda
 import hindsight
 import in_service
@@ -22,6 +23,7 @@ import leak_learning
 import loader_control
 import loop_response
 import named_faults
+import new_kinds
 import profiles
 import real_machine
 import second_channel
@@ -180,6 +182,8 @@ TABLES: dict[str, Callable[[Any], list[str]]] = {
     "leak_learning": leak_learning.table,
     "work_days": work_days,
     "sensitivity": sensitivity,
+    "new_kinds": new_kinds.table,
+    "false_contacts": false_contacts.table,
     "faults": faults,
 }
 

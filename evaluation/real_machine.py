@@ -112,6 +112,7 @@ def _cold_thermometer(log: xarray.Dataset, random: np.random.Generator) -> None:
 
 
 def cushions(length: float, flow: float) -> dict[str, Any]:
+    """Of the loader's cylinders at both ends, by their length [m] and what they let pass [m3/s]."""
     lengths = {"cylinder.cushion_length_a": length, "cylinder.cushion_length_b": length}
     return {**lengths, "cylinder.cushion_plunger_a": 0.06, "cylinder.cushion_flow": flow}
 

@@ -18,6 +18,7 @@ import after_faults
 import commissioned
 import drive_control
 import effects
+import false_contacts
 import faults
 import hindsight
 import identify_coverage
@@ -26,6 +27,7 @@ import leak_learning
 import loader_control
 import loop_response
 import named_faults
+import new_kinds
 import profiles
 import quadrants
 import real_machine
@@ -124,6 +126,8 @@ STUDIES = {
     "drive_control": whole("driving with every drive", drive_control),
     "loop_response": whole("the loop's response", loop_response),
     "hindsight": whole("logs looked back at", hindsight),
+    "new_kinds": whole("days of new kinds", new_kinds),
+    "false_contacts": whole("hours of work", false_contacts),
     "real_machine": Study(
         "days of real machines",
         lambda given: real_machine.runs(real_machine.DAYS),

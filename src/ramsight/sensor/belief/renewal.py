@@ -120,7 +120,7 @@ def unknown_begun(
 
 def unknown_position(of: Hypothesis, weight: Real, model: MachineModel) -> Hypothesis:
     """A hypothesis that knows the machine as another one does, but not the position, nor whether it leaks more."""
-    leak = model.assumed.machine.leak
+    leak = max(model.assumed.machine.leak, model.assumed.machine.other_leak)
     covariance = of.covariance.independent(Quantity.POSITION, 0.5 * model.stroke)
     covariance = covariance.at_least(Quantity.LEAKAGE, leak**2)
     return replace(of, covariance=covariance, log_weight=scalar(0.0) + weight)
