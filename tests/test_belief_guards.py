@@ -16,6 +16,7 @@ from ramsight.sensor.belief.bank_state import BankState
 from ramsight.sensor.belief.hypothesis import BOUNDS, Hypothesis
 from ramsight.sensor.belief.measurement import Measurement, applied
 from ramsight.sensor.belief.mixture import Mixture, bayes
+from ramsight.sensor.belief.renewal import unknown_position
 from ramsight.sensor.circuit.load import _gains
 from ramsight.sensor.circuit.rest import UnseenLoad
 from ramsight.sensor.contacts.contact import _waiting
@@ -24,7 +25,14 @@ from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.report.report import _others
 from ramsight.sensor.report.stated import Beside, stated
-from ramsight.sensor.thresholds import BAND_STEP, CONTACTS_ALIKE, LOG_WEIGHT_LEAST, OUTSIDE, SEPARATE_CONTACTS
+from ramsight.sensor.thresholds import (
+    BAND_STEP,
+    CONTACTS_ALIKE,
+    END_GIVES,
+    LOG_WEIGHT_LEAST,
+    OUTSIDE,
+    SEPARATE_CONTACTS,
+)
 
 STROKE = 0.7
 MODEL = SimpleNamespace(stroke=STROKE, assumed=Assumptions(), kinds=KINDS)
@@ -40,6 +48,36 @@ def bank(std=1e-3, **state):
     hypotheses = tuple(h.with_covariance(h.covariance.at_least(Quantity.POSITION, std**2)) for h in first.hypotheses)
     state = BankState(**{**vars(first), **{name: scalar(one) for name, one in state.items()}, "hypotheses": hypotheses})
     return Bank(state, Mixture.of(hypotheses, scalar(0.0)), MODEL, scalar(0.5 * STROKE), scalar(0.02))
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_oil_over_a_relief_valve_takes_no_hypothesis_beyond_its_own_stop(way):
+    """After a contact each hypothesis knows how far it is from its stop, wherever that is: the piston stays at it."""
+    end = Quantity.TOP if way > 0.0 else Quantity.LOW
+    contact = Measurement(
+        use=scalar(1.0),
+        innovation=scalar(0.0),
+        H={Quantity.POSITION: 1.0, end: -1.0},
+        R=scalar(1e-8),
+        alternative=scalar(-20.0),
+    )
+    before = bank(0.25)
+    stands = STROKE if way > 0.0 else 0.0
+    met = before.with_hypotheses([applied(h, contact).hypothesis for h in before.hypotheses])
+    after = met.confined(scalar(stands + 0.04 * way), ca.SX(1.0), 0.0)
+    free = met.confined(scalar(stands + 0.04 * way), ca.SX(0.0), 0.0)
+    for kind, h, same in zip(KINDS, after.hypotheses, free.hypotheses, strict=True):
+        beyond = 0.04 + value(h.mean[Quantity.POSITION]) * way
+        assert beyond == pytest.approx(END_GIVES * STROKE, abs=2e-3), kind
+        assert value(same.mean[Quantity.POSITION]) == 0.0, "only where oil may pass"
+
+
+def test_whoever_lost_the_position_for_no_stated_reason_knows_the_leakage_no_better():
+    first = bank().hypotheses[0]
+    first = first.with_covariance(Covariance({**first.covariance.entries, (Quantity.LEAKAGE, Quantity.LEAKAGE): 1e-4}))
+    lost = unknown_position(first, 0.0, MODEL)
+    assert value(lost.covariance.std(Quantity.LEAKAGE)) == Assumptions().machine.other_leak
+    assert value(lost.position_std) == 0.5 * STROKE
 
 
 @pytest.mark.parametrize("before", [0, 1, 7])
