@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from ramsight.sensor.checks.diagnosis import KINDS
 from ramsight.sensor.kind import Kind
-from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST
+from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOAD_AGE, LOWEST
 
 _MEANING = {
     "position": "0 = retracted; NaN as long as it is unknown",
     "velocity": "positive extends",
     "load": "positive against lifting",
+    LOAD_AGE: "since the torque showed the load last",
     "pressure_a": "chamber on the piston's side, absolute",
     "pressure_b": "chamber on the rod's side, absolute",
     "leak_factor": "leakage over the data sheet's",

@@ -1,4 +1,4 @@
-"""What moves a rod at rest unobserved: a load that changes, valves that leak, oil that cools."""
+"""What moves a rod at rest unobserved: a load that changes, leaking valves, cooling oil; how well a load is known."""
 
 from __future__ import annotations
 
@@ -14,7 +14,18 @@ from ramsight.plant.valve import CLOSED_POINT
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.thresholds import CERTAIN, HALF, LATEST, LATEST_SURE, LOAD_FOUND_TIME, MOTOR_TURNS
+from ramsight.sensor.thresholds import (
+    BETWEEN_STD,
+    CERTAIN,
+    EFFICIENCY_STD,
+    HALF,
+    LATEST,
+    LATEST_SURE,
+    LOAD_FOUND_TIME,
+    MEMORY_TIME,
+    MOTOR_TURNS,
+    TORQUE_OFFSET,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,15 +34,19 @@ class UnseenLoadState:
 
     Attributes:
         shown_for: how long the torque has shown the load [s].
+        hidden_for: how long it has not [s].
         load: that it showed last [N].
         was_seen: whether it ever did.
         changes: mean square of the load changes over the expected one, less 1.
+        shakes: mean square of the load's changes from sample to sample, lately, while the torque shows it [N2].
     """
 
     shown_for: Scalar = leaf("s")
+    hidden_for: Scalar = leaf("s")
     load: Scalar = leaf("N")
     was_seen: Flag = leaf("1")
     changes: Scalar = leaf("1")
+    shakes: Scalar = leaf("N2")
 
 
 @dataclass(frozen=True)
@@ -73,6 +88,26 @@ def creep(sample: Sample, position: Scalar, load: Scalar, warming: Scalar, model
     return grown
 
 
+def load_std(state: UnseenLoadState, step: LoadStep, expected: Scalar, model: MachineModel) -> Scalar:
+    """Standard deviation of the load [N].
+
+    That of the load observer; of the torque's gain and the pumps' efficiency, and of its offset; of the cylinder's
+    friction, which is anything between none and twice the described one; what a load that shakes does within a sample;
+    and of a change while nothing shows the load.
+
+    Args:
+        state: after the sample.
+        step: of the load observer.
+        expected: a load change before any has been observed, standard deviation [N].
+        model: of the machine.
+    """
+    load, gain = step.load, math.hypot(model.assumed.drive.torque_gain, EFFICIENCY_STD)
+    offset, friction = TORQUE_OFFSET * model.relief_load, BETWEEN_STD * model.of_circuit("cylinder.coulomb_friction")
+    shaken = HALF**2 * state.shakes  # a torque is half a sample old
+    hidden = ca.if_else(state.hidden_for > 0.0, expected**2 * ca.fmax(1.0 + state.changes, 0.0), 0.0)
+    return ca.sqrt(load.std**2 + (gain * load.value) ** 2 + offset**2 + friction**2 + shaken + hidden)
+
+
 def unseen_load(
     state: UnseenLoadState,
     sample: Sample,
@@ -105,12 +140,16 @@ def unseen_load(
     unseen = negated(any_of(sees, held))
     usual = expected * ca.sqrt(ca.fmax(learnt, 0.0))
     most = ca.fmin(CERTAIN * ca.fmax(usual, expected), furthest)
+    newest_share = ca.fmin(sample.elapsed / MEMORY_TIME, 1.0)
+    shaken = newest_share * ((step.load.value - state.load) ** 2 - state.shakes)
     give = step.motion.give_alone
     after = UnseenLoadState(
         shown_for=shown_for,
+        hidden_for=ca.if_else(sees, 0.0, state.hidden_for + sample.elapsed),
         load=ca.if_else(sees, step.load.value, state.load),
         was_seen=any_of(state.was_seen, sees),
         changes=learnt - 1.0,
+        shakes=state.shakes + ca.if_else(all_of(sees, lasted(state.shown_for, LOAD_FOUND_TIME)), shaken, 0.0),
     )
     found = UnseenLoad(ca.if_else(unseen, give * LATEST_SURE * usual, 0.0), ca.if_else(unseen, give * most, 0.0))
     return after, found

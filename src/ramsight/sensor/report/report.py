@@ -13,7 +13,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.belief.bank import Bank
 from ramsight.sensor.belief.update import ContactEvidence, Prediction, Updated
 from ramsight.sensor.circuit.load_step import LoadStep
-from ramsight.sensor.circuit.rest import UnseenLoad, UnseenLoadState, unseen_load
+from ramsight.sensor.circuit.rest import UnseenLoad, UnseenLoadState, load_std, unseen_load
 from ramsight.sensor.contacts.contact_state import Contact
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
@@ -28,7 +28,7 @@ from ramsight.sensor.report.status_rules import (
     implausible_torque,
 )
 from ramsight.sensor.thresholds import FASTEST_SHARE, NOISE_AVERAGED, TINY
-from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST, REFERENCED_NOW, Outputs, Report
+from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOAD_AGE, LOAD_STD, LOWEST, REFERENCED_NOW, Outputs, Report
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +94,8 @@ def report(
         model: of the machine.
     """
     sample, step, contact, bank = at.sample, at.step, met.contact, updated.bank
-    unseen_state, unseen = _unseen(state.unseen, sample, step, contact, model)
+    usual = model.assumed.machine.unseen_load * model.relief_load
+    unseen_state, unseen = _unseen(state.unseen, sample, step, contact, usual, model)
     shown, offset = _shown(state, at, updated, outcome, model)
     beside = Beside(_others(at, contact, model) + updated.pending**2, unseen, offset)
     limit = model.assumed.integrity.limit * model.stroke
@@ -109,6 +110,8 @@ def report(
         HIGHEST: (within(shown + said.above + TWO_SIDED_95 * offset, 0.0, model.stroke), "m"),
         BOUND: (ca.fmin(said.bound + offset, model.stroke), "m"),
         REFERENCED_NOW: (count(outcome.referenced_now), "1"),
+        LOAD_STD: (load_std(unseen_state, step, usual, model), "N"),
+        LOAD_AGE: (unseen_state.hidden_for, "s"),
         **at.checks.more,
         **_learned(at, bank),
         "mode": (contact.mode, "1"),
@@ -119,12 +122,11 @@ def report(
 
 
 def _unseen(
-    state: UnseenLoadState, sample: Sample, step: LoadStep, contact: Contact, model: MachineModel
+    state: UnseenLoadState, sample: Sample, step: LoadStep, contact: Contact, usual: Scalar, model: MachineModel
 ) -> tuple[UnseenLoadState, UnseenLoad]:
     """What an unobserved change of the load may have done to the position."""
     load = step.load.value
     furthest = ca.fmax(model.relief_load - load, load + model.relief_pull)
-    usual = model.assumed.machine.unseen_load * model.relief_load
     # A load that only resists moves nothing at rest, however it changes.
     unmoved = True if model.passive else contact.hold.held
     return unseen_load(state, sample, step, unmoved, usual, furthest)
