@@ -12,7 +12,6 @@ import pytest
 from ramsight.logs.channels import ABSOLUTE_POSITION
 from ramsight.machine.assumption_description import AssumedReading
 from ramsight.plant.limits import limits_of
-from ramsight.plant.valve import ReliefValve
 from ramsight.sensor import thresholds as by
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.link_angle import LinkState, read_angle
@@ -26,7 +25,7 @@ from ramsight.sensor.circuit.leakage import LeakageState, leakage_law
 from ramsight.sensor.circuit.load import LoadState
 from ramsight.sensor.circuit.load_release import Release, UnheldState, release_load
 from ramsight.sensor.circuit.pressures import MeasuredPressures, PressureState
-from ramsight.sensor.circuit.relief import passed_share, relief_probability, relief_tolerance
+from ramsight.sensor.circuit.relief import passed_share
 from ramsight.sensor.circuit.rest import UnseenLoadState, creep, unseen_load
 from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case, with_case
 from ramsight.sensor.inputs.intake import IntakeState, TemperatureState, TorqueState, check_inputs
@@ -822,19 +821,6 @@ def test_pressures_decide_nothing_while_speed_and_counter_are_disputed():
 
 
 # Relief valves
-
-
-@pytest.mark.parametrize(("share", "probability"), [(0.9, 0.0), (0.95, 0.5), (1.0, 1.0), (1.1, 1.0), (0.5, 0.0)])
-def test_oil_may_pass_a_relief_valve_from_three_deviations_below_its_setting(share, probability):
-    """Its tolerance is 3 %: 10/3 of that are a tenth."""
-    valve = next(part for part in BOOM.parts() if isinstance(part, ReliefValve))
-    tank = float(BOOM_MODEL.table.values[BOOM_MODEL.table.names.index("circuit.tank.pressure")])
-    pressure = {f"pressure_{valve.inlet}": tank + share * float(valve.setting)}
-    z = ca.SX([pressure.get(name, tank) for name in BOOM_MODEL.balance.states])
-    model = replace(BOOM_MODEL, assumed=Assumptions())
-    found = max(of_machine(relief_probability(z, ca.SX(way * 50.0), model)) for way in (1.0, -1.0))
-    assert found == pytest.approx(probability, abs=1e-6)
-    assert value(relief_tolerance(ca.SX(probability), 0.03)) == pytest.approx(0.1 * probability)
 
 
 @pytest.mark.parametrize(
