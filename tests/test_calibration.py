@@ -90,13 +90,9 @@ def test_whatever_a_table_depends_on_names_its_cache(units):
     boom = units["boom"]
     worn = replace(boom, a=replace(boom.a, pump=replace(boom.a.pump, leak_factor=1.1)))
     files = [
-        cache_file(boom),
-        cache_file(worn),
-        cache_file(units["bucket"]),
-        cache_file(boom, motor_speed=100.0),
-        cache_file(boom, loads=50),
-        cache_file(boom, temperatures=np.array([300.0, 310.0])),
-    ]
+        cache_file(boom), cache_file(worn), cache_file(units["bucket"]), cache_file(boom, motor_speed=100.0),
+        cache_file(boom, loads=50), cache_file(boom, temperatures=np.array([300.0, 310.0])),
+    ]  # fmt: skip
     assert len(set(files)) == len(files)
     assert cache_file(replace(boom)) == files[0]
 

@@ -87,10 +87,8 @@ def test_a_log_without_leak_test_and_stops_is_not_enough(boom):
     done = ramsight.commission(boom, ramsight.drive_report(run))
     found = verdicts(done)
     assert (found["leak test"], found["end stops"], found["sensor"]) == (
-        Verdict.LOOK_TWICE,
-        Verdict.FAILED,
-        Verdict.FAILED,
-    )
+        Verdict.LOOK_TWICE, Verdict.FAILED, Verdict.FAILED,
+    )  # fmt: skip
     assert done.verdict is Verdict.FAILED
     assert "ramsight simulate --duty leak-test" in done.text
 

@@ -24,15 +24,9 @@ BESIDE = [
 ]
 MODULES = ["ramsight", *BELOW, *(name for name in BESIDE if not name.endswith("__main__"))]
 LONG = (
-    "film.",
-    "reproduction.",
-    "ramsight.control.",
-    "ramsight.closed_loop.",
-    "ramsight.api.",
-    "ramsight.deploy.",
-    "ramsight.calibration.",
-    "ramsight.study.",
-)
+    "film.", "reproduction.", "ramsight.control.", "ramsight.closed_loop.", "ramsight.api.", "ramsight.deploy.",
+    "ramsight.calibration.", "ramsight.study.",
+)  # fmt: skip
 """Rooms whose examples make sensors and let machines work."""
 
 

@@ -205,15 +205,13 @@ def test_a_pdo_takes_no_identifier_of_others(master):
     ("index", "code", "refused", "taken"),
     [
         (
-            0x2001,
-            0x06090030,
-            (0, -1, 10000, 70000, 700_000, -700_000, 1_400_000),
+            0x2001, 0x06090030, (0, -1, 10000, 70000, 700_000, -700_000, 1_400_000),
             (FAULT, -(1 << 31), 1_400_001, -700_001),
         ),
         (0x1017, 0x06090032, (1, 9), (0, 10, 65535)),
     ],
     ids=["a fault value is no position", "a heartbeat is no flood"],
-)
+)  # fmt: skip
 def test_values_of_an_object_that_are_refused_and_taken(master, index, code, refused, taken):
     for value in refused:
         assert abort_of(lambda value=value: write(master, index, value)) == code

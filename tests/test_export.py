@@ -166,19 +166,8 @@ def test_it_is_strict_c99_that_converts_nothing_unsaid_and_calls_libm_alone(tmp_
         symbols = run(["nm", *objects], done.folder).splitlines()
         needed = {line.split()[-1] for line in symbols if " U " in line and "ramsight_bucket_step_" not in line}
         assert needed <= {
-            "exp",
-            "log",
-            "tanh",
-            "sqrt",
-            "pow",
-            "expf",
-            "logf",
-            "tanhf",
-            "sqrtf",
-            "powf",
-            "memset",
-            "memcpy",
-        }
+            "exp", "log", "tanh", "sqrt", "pow", "expf", "logf", "tanhf", "sqrtf", "powf", "memset", "memcpy",
+        }  # fmt: skip
         assert [line for line in symbols if re.search(r" [bBdDC] ", line)] == []  # no variable that lasts
 
 
@@ -388,14 +377,10 @@ def test_every_damaged_bit_is_noticed(slots):
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("position", np.nan),
-        ("position", 5.0),
-        ("position_variance", -1e-6),
-        ("hypotheses_0_leakage", np.inf),
-        ("hypotheses_2_covariance_compliance_compliance", -1e-9),
-        ("position_known", 7.0),
+        ("position", np.nan), ("position", 5.0), ("position_variance", -1e-6), ("hypotheses_0_leakage", np.inf),
+        ("hypotheses_2_covariance_compliance_compliance", -1e-9), ("position_known", 7.0),
     ],
-)
+)  # fmt: skip
 def test_a_state_that_cannot_be_is_not_resumed_even_with_a_good_checksum(slots, name, value):
     slots.resume()
     slots.c.ramsight_boom_start(slots.sensor, 0.3, 1e-3)

@@ -73,14 +73,8 @@ def test_what_was_not_measured_has_no_share(boom):
     blank = [row for row in rows if row["measured_with"] == NOT_MEASURED]
     signals = {row["signal"] for row in blank}
     assert {
-        "pressure_a",
-        "pressure_b",
-        "motor_temperature",
-        "reference",
-        "description",
-        "piston seals",
-        "control unit",
-    } <= signals
+        "pressure_a", "pressure_b", "motor_temperature", "reference", "description", "piston seals", "control unit",
+    } <= signals  # fmt: skip
     assert "shaft_angle" not in signals
     assert all(row["channel"] == VIRTUAL for row in rows if row not in blank)  # no DC power: none of the real sensor's
     assert len([row for row in blank if row["channel"] == REAL]) == 8
@@ -167,14 +161,12 @@ def test_a_spreadsheets_semicolons_and_decimal_commas_say_the_same(tmp_path):
 @pytest.mark.parametrize(
     ("column", "value", "words"),
     [
-        ("failure_rate_fit", "-1", "not a number from 0"),
-        ("failure_rate_fit", "nan", "not a number from 0"),
+        ("failure_rate_fit", "-1", "not a number from 0"), ("failure_rate_fit", "nan", "not a number from 0"),
         ("failure_rate_fit", "few", "not a number from 0"),
-        ("detected_percent", "101", "not a number from 0 to 100"),
-        ("detected_percent", "", "needs a share"),
+        ("detected_percent", "101", "not a number from 0 to 100"), ("detected_percent", "", "needs a share"),
         ("detected_at_least_percent", "100", "not above"),
     ],
-)
+)  # fmt: skip
 def test_an_impossible_share_or_rate_is_refused_with_its_place(tmp_path, column, value, words):
     rows = filled(tmp_path / "a.csv", {})
     rows[1][column] = value

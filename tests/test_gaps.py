@@ -20,11 +20,9 @@ from ramsight.tracking.pieces import Gaps
 def track(time):
     count = len(time)
     columns = {
-        "time": Signal(time),
-        "position": Signal(np.linspace(0.1, 0.2, count)),
-        "status": Signal(np.zeros(count, int)),
-        "referenced": Signal(np.ones(count, bool)),
-    }
+        "time": Signal(time), "position": Signal(np.linspace(0.1, 0.2, count)),
+        "status": Signal(np.zeros(count, int)), "referenced": Signal(np.ones(count, bool)),
+    }  # fmt: skip
     return Signals(columns)
 
 

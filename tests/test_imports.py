@@ -21,47 +21,15 @@ from ramsight.cli import running
 SOURCE = Path(ramsight.__file__).parent
 
 STREET = [
-    {"units"},
-    {"output"},
-    {"logs"},
-    {"machine"},
-    {"engine"},
-    {"plant"},
-    {"duty"},
-    {"sensor"},
-    {"hindsight"},
-    {"tracking"},
-    {"calibration"},
-    {"control"},
-    {"closed_loop"},
-    {"drawing"},
-    {"study"},
-    {"deploy"},
-    {"api"},
-    {"studio"},
-    {"demo"},
-    {"cli"},
-    {"__main__"},
-]
+    {"units"}, {"output"}, {"logs"}, {"machine"}, {"engine"}, {"plant"}, {"duty"}, {"sensor"}, {"hindsight"},
+    {"tracking"}, {"calibration"}, {"control"}, {"closed_loop"}, {"drawing"}, {"study"}, {"deploy"}, {"api"},
+    {"studio"}, {"demo"}, {"cli"}, {"__main__"},
+]  # fmt: skip
 PLACE = {room: place for place, rooms in enumerate(STREET) for room in rooms}
 FREE = {
-    "_version",
-    "argument_kinds",
-    "arrays",
-    "bounded_toml",
-    "circuit_picture",
-    "constant",
-    "errors",
-    "expression",
-    "intervals",
-    "log_formats",
-    "normal",
-    "optional",
-    "posix",
-    "progress",
-    "signals",
-    "system",
-}
+    "_version", "argument_kinds", "arrays", "bounded_toml", "circuit_picture", "constant", "errors", "expression",
+    "intervals", "log_formats", "normal", "optional", "posix", "progress", "signals", "system",
+}  # fmt: skip
 """Modules that all others may use, and that use no room but each other."""
 DOOR = "__init__"
 """The package itself, above all rooms: it loads none by itself, and rooms below what it offers do not import it."""

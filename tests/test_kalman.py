@@ -311,15 +311,12 @@ def spoiled(channel, value):
 @pytest.mark.parametrize(
     ("channel", "value", "status"),
     [
-        ("motor_speed", np.nan, Status.INPUT_LOST),
-        ("motor_torque", np.nan, Status.INPUT_LOST),
-        ("motor_torque", np.inf, Status.INPUT_LOST),
-        ("oil_temperature", np.nan, Status.TEMPERATURE_LOST),
-        ("oil_temperature", 20.0, Status.TEMPERATURE_LOST),
-        ("motor_speed", 5000.0, Status.IMPLAUSIBLE_SPEED),
+        ("motor_speed", np.nan, Status.INPUT_LOST), ("motor_torque", np.nan, Status.INPUT_LOST),
+        ("motor_torque", np.inf, Status.INPUT_LOST), ("oil_temperature", np.nan, Status.TEMPERATURE_LOST),
+        ("oil_temperature", 20.0, Status.TEMPERATURE_LOST), ("motor_speed", 5000.0, Status.IMPLAUSIBLE_SPEED),
         ("motor_torque", 900.0, Status.IMPLAUSIBLE_TORQUE),
     ],
-)
+)  # fmt: skip
 def test_an_input_that_cannot_be_is_named_at_once(sensors, channel, value, status):
     quiet, faulty = status_with(sensors["boom"], spoiled(channel, value))
     assert (quiet < Status.OUTSIDE_TORQUE).all()

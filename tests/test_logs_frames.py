@@ -17,11 +17,9 @@ from .log_bench import HEADER, written
 
 DBC = Path(__file__).parent / "can" / "drive.dbc"
 FRAMES = [
-    Frame(0.0, 0x181, 0, bytes(range(8))),
-    Frame(0.0105, 0x18FEF100 | EXTENDED, 1, b"\xaa\xbb\xcc"),
-    Frame(1.25, 0x7FF, 0, b"\x01"),
-    Frame(2.0, 0x1 | EXTENDED, 0, b""),
-]
+    Frame(0.0, 0x181, 0, bytes(range(8))), Frame(0.0105, 0x18FEF100 | EXTENDED, 1, b"\xaa\xbb\xcc"),
+    Frame(1.25, 0x7FF, 0, b"\x01"), Frame(2.0, 0x1 | EXTENDED, 0, b""),
+]  # fmt: skip
 
 
 def hexed(data, sep=" "):

@@ -436,12 +436,10 @@ def test_a_header_may_have_line_breaks(tmp_path, separator, before):
 @pytest.mark.parametrize(
     "after",
     [
-        ["", "Min,-38,-2,40", "Max,0,2,40.3"],
-        [",".join(COLUMNS)],
-        ["", "", "Summary", "samples,60"],
+        ["", "Min,-38,-2,40", "Max,0,2,40.3"], [",".join(COLUMNS)], ["", "", "Summary", "samples,60"],
         ["*** end of measurement ***"],
     ],
-)
+)  # fmt: skip
 @pytest.mark.parametrize("end", ["\n", ""])
 def test_a_summary_at_the_end_is_left_out_and_what_stands_before_is_read(tmp_path, after, end):
     lines = [",".join(COLUMNS), *lines_of(",", rows=slice(60))[1:], *after]
@@ -456,11 +454,9 @@ def test_a_summary_at_the_end_is_left_out_and_what_stands_before_is_read(tmp_pat
 
 def test_what_is_no_row_between_rows_is_still_refused_and_what_stands_before_is_listed(tmp_path):
     lines = [
-        ",".join(COLUMNS),
+        ",".join(COLUMNS), *lines_of(",", rows=slice(60))[1:], ",".join(COLUMNS),
         *lines_of(",", rows=slice(60))[1:],
-        ",".join(COLUMNS),
-        *lines_of(",", rows=slice(60))[1:],
-    ]
+    ]  # fmt: skip
     file = written(tmp_path, "\n".join(lines) + "\n", "log.csv")
     with pytest.warns(LogWarning, match="only what stands before this is listed: .*line 62"):
         found = inspect_log(file)

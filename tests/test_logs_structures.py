@@ -48,14 +48,10 @@ def test_the_header_under_annotations_of_influxdb(tmp_path):
 @pytest.mark.parametrize(
     "after",
     [
-        ["", "[Statistics]", "Samples: 200"],
-        ["//END"],
-        ["[End]"],
-        ["", "(end of data)"],
-        ["; checksum 77"],
+        ["", "[Statistics]", "Samples: 200"], ["//END"], ["[End]"], ["", "(end of data)"], ["; checksum 77"],
         ["---- end of recording ----"],
     ],
-)
+)  # fmt: skip
 def test_what_stands_below_the_table_is_left_out(tmp_path, after):
     file = written(tmp_path, "\n".join([*lines_of(), *after]) + "\n", "log.csv")
     with pytest.warns(LogWarning, match="from this line on stand no rows, a summary perhaps"):

@@ -73,9 +73,7 @@ def test_values_are_si(loader):
 
 CHANGES = [
     (
-        'bore = "127 mm" ',
-        'bore = "2 m" ',
-        "units.boom.cylinder.bore = '2 m': out of range",
+        'bore = "127 mm" ', 'bore = "2 m" ', "units.boom.cylinder.bore = '2 m': out of range",
         "at least 1 mm, at most 1 m",
     ),
     ('bore = "127 mm" ', 'bore = "0 mm" ', "units.boom.cylinder.bore = '0 mm': out of range", "at least 1 mm"),
@@ -83,9 +81,7 @@ CHANGES = [
     ('bore = "127 mm" ', 'bore = "127 bar" ', "cylinder.bore = '127 bar': 'bar' does not fit", "a length such as"),
     ('bore = "127 mm" ', "bore = [1] ", "units.boom.cylinder.bore: expected a length", "such as '127 mm'"),
     (
-        'bore = "127 mm" ',
-        'boer = "127 mm" ',
-        "units.boom.cylinder.boer: unknown key",
+        'bore = "127 mm" ', 'boer = "127 mm" ', "units.boom.cylinder.boer: unknown key",
         "did you mean 'bore'? (and 1 more)",
     ),
     ('bore = "127 mm" ', "", "units.boom.cylinder.bore: is missing: inner diameter of the barrel", "at least 1 mm"),
@@ -100,9 +96,7 @@ CHANGES = [
     ('= "tellus-t-32"', '= "tellus"', "a.toml: units.boom.oil: unknown oil 'tellus'", "did you mean 'tellus-t-32'"),
     ('model = "PGI100-2-008"', "", "units.boom.pump_a", "or name a model of the catalogue"),
     (
-        'effective_bulk_modulus = "0.6',
-        'effective_bulk_modulus = "1.6',
-        "hose.effective_bulk_modulus",
+        'effective_bulk_modulus = "0.6', 'effective_bulk_modulus = "1.6', "hose.effective_bulk_modulus",
         "at most 1.2 GPa",
     ),
     ("format = 1", "format = 2", "a.toml: format = 2: was written for a newer ramsight", "up to format 1"),
@@ -118,7 +112,7 @@ CHANGES = [
     ('bore = "127 mm" ', 'bore = { value = "127 mm", source = 3 } ', "cylinder.bore.source: a source is text", ""),
     ("belt = ", 'belt = "28/0" # ', "units.boom.pump_a.belt = '28/0': a ratio cannot be over zero", ""),
     ('name = "my-machine"', 'name = ""', "name", "at least 1 character"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("old", "new", "start", "words"), CHANGES, ids=range(len(CHANGES)))

@@ -89,12 +89,10 @@ def test_load_at_relief(units):
 @pytest.mark.parametrize(
     ("unit", "pump", "leak", "friction"),
     [
-        ("boom", "pump_a", 4.391e-12, 5.588e-7),
-        ("boom", "pump_b", 1.697e-12, 3.072e-7),
-        ("bucket", "pump_a", 5.708e-12, 9.344e-7),
-        ("bucket", "pump_b", 2.772e-12, 4.187e-7),
+        ("boom", "pump_a", 4.391e-12, 5.588e-7), ("boom", "pump_b", 1.697e-12, 3.072e-7),
+        ("bucket", "pump_a", 5.708e-12, 9.344e-7), ("bucket", "pump_b", 2.772e-12, 4.187e-7),
     ],
-)
+)  # fmt: skip
 def test_pump_coefficients(units, unit, pump, leak, friction):
     part = getattr(units[unit], pump[-1]).pump
     assert part.leak_coefficient(32e-6, 872.0) == pytest.approx(leak, rel=2e-4, abs=0.0)

@@ -117,12 +117,10 @@ def test_a_way_and_the_way_back_cancel_what_is_unknown_of_the_displacement(boom)
 @pytest.mark.parametrize(
     ("bad", "status"),
     [
-        ({"motor_speed": math.nan}, Status.INPUT_LOST),
-        ({"motor_torque": math.nan}, Status.INPUT_LOST),
-        ({"motor_speed": 1e4}, Status.IMPLAUSIBLE_SPEED),
-        ({"oil_temperature": math.nan}, Status.TEMPERATURE_LOST),
+        ({"motor_speed": math.nan}, Status.INPUT_LOST), ({"motor_torque": math.nan}, Status.INPUT_LOST),
+        ({"motor_speed": 1e4}, Status.IMPLAUSIBLE_SPEED), ({"oil_temperature": math.nan}, Status.TEMPERATURE_LOST),
     ],
-)
+)  # fmt: skip
 def test_an_input_that_cannot_be_is_said_and_leaves_no_mark(boom, bad, status):
     sensor = reckoned(boom)
     sensor.start(0.2)

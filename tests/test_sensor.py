@@ -13,18 +13,10 @@ from ramsight.plant.ddh import build_ddh
 from ramsight.tracking.position_errors import first_stop_contact, position_errors
 
 PAPER_CYCLES = [
-    "boom_129kN_40C",
-    "boom_258kN_40C",
-    "boom_441kN_40C",
-    "boom_441kN_20C",
-    "boom_441kN_60C",
-    "boom_300kN_30C_400rpm",
-    "boom_300kN_30C_800rpm",
-    "boom_300kN_30C_2400rpm",
-    "bucket_48kN_40C",
-    "bucket_96kN_40C",
-    "bucket_162kN_40C",
-]
+    "boom_129kN_40C", "boom_258kN_40C", "boom_441kN_40C", "boom_441kN_20C", "boom_441kN_60C",
+    "boom_300kN_30C_400rpm", "boom_300kN_30C_800rpm", "boom_300kN_30C_2400rpm", "bucket_48kN_40C",
+    "bucket_96kN_40C", "bucket_162kN_40C",
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -286,30 +286,19 @@ def judged():
 
 TURN, STAND = 50.0, 0.0
 STATUSES = {
-    Status.OK: (TURN, {}),
-    Status.REFERENCE_DUE: (TURN, {"settled": 0.008}),
-    Status.TOO_UNCERTAIN: (TURN, {"overall": 0.08}),
-    Status.OUTSIDE_TEMPERATURE: (TURN, {"warmth": 400.0}),
-    Status.OUTSIDE_SPEED: (1.1 * BOOM.max_speed, {}),
-    Status.TEMPERATURE_LOST: (TURN, {"temperature_bad": 1.0}),
-    Status.NEAR_RELIEF: (TURN, {"relief": 0.1}),
-    Status.INPUT_GAP: (TURN, {"gap": 1.0}),
-    Status.REFERENCE_REFUSED: (TURN, {"disputed": 1.0}),
-    Status.POSITION_LOST: (TURN, {"passed_std": 0.01}),
-    Status.NOT_REFERENCED: (TURN, {"known": 0.0}),
-    Status.OUTSIDE_STROKE: (TURN, {"position": 0.72}),
-    Status.IMPLAUSIBLE_TORQUE: (TURN, {"overtorque": 1.0}),
-    Status.IMPLAUSIBLE_SPEED: (TURN, {"overspeed": 1.0}),
-    Status.INPUT_STUCK: (TURN, {"stuck": 1.0}),
-    Status.TIME_FROZEN: (TURN, {"frozen": 1.0}),
-    Status.INPUT_LOST: (TURN, {"missing": 1.0}),
-    Status.SPEED_WRONG: (TURN, {"speed_wrong": 1.0}),
-    Status.COUNTER_WRONG: (TURN, {"counter_wrong": 1.0}),
-    Status.SPEED_CONTRADICTED: (TURN, {"undecided": 1.0}),
+    Status.OK: (TURN, {}), Status.REFERENCE_DUE: (TURN, {"settled": 0.008}),
+    Status.TOO_UNCERTAIN: (TURN, {"overall": 0.08}), Status.OUTSIDE_TEMPERATURE: (TURN, {"warmth": 400.0}),
+    Status.OUTSIDE_SPEED: (1.1 * BOOM.max_speed, {}), Status.TEMPERATURE_LOST: (TURN, {"temperature_bad": 1.0}),
+    Status.NEAR_RELIEF: (TURN, {"relief": 0.1}), Status.INPUT_GAP: (TURN, {"gap": 1.0}),
+    Status.REFERENCE_REFUSED: (TURN, {"disputed": 1.0}), Status.POSITION_LOST: (TURN, {"passed_std": 0.01}),
+    Status.NOT_REFERENCED: (TURN, {"known": 0.0}), Status.OUTSIDE_STROKE: (TURN, {"position": 0.72}),
+    Status.IMPLAUSIBLE_TORQUE: (TURN, {"overtorque": 1.0}), Status.IMPLAUSIBLE_SPEED: (TURN, {"overspeed": 1.0}),
+    Status.INPUT_STUCK: (TURN, {"stuck": 1.0}), Status.TIME_FROZEN: (TURN, {"frozen": 1.0}),
+    Status.INPUT_LOST: (TURN, {"missing": 1.0}), Status.SPEED_WRONG: (TURN, {"speed_wrong": 1.0}),
+    Status.COUNTER_WRONG: (TURN, {"counter_wrong": 1.0}), Status.SPEED_CONTRADICTED: (TURN, {"undecided": 1.0}),
     Status.TORQUE_CONTRADICTED: (TURN, {"torque_wrong": 1.0}),
-    Status.SIGN_CONTRADICTED: (TURN, {"sign_wrong": 1.0}),
-    Status.FAULT_PASSED: (TURN, {"fault_passed": 1.0}),
-}
+    Status.SIGN_CONTRADICTED: (TURN, {"sign_wrong": 1.0}), Status.FAULT_PASSED: (TURN, {"fault_passed": 1.0}),
+}  # fmt: skip
 
 
 def test_every_detector_is_tried_and_every_status_has_one():

@@ -89,19 +89,10 @@ def test_a_worn_pump_moves_the_plain_balance_away(press):
 
 
 TURNED = {
-    "load": 0.8,
-    "oil_temperature": 323.15,
-    "ambient": 253.15,
-    "leak": 2.0,
-    "displacement": 0.98,
-    "stiffness": 0.6,
-    "friction": 2.0,
-    "torque_gain": 1.1,
-    "magnets": 40.0,
-    "torque_step": 2.0,
-    "report_delay": 0.1,
+    "load": 0.8, "oil_temperature": 323.15, "ambient": 253.15, "leak": 2.0, "displacement": 0.98, "stiffness": 0.6,
+    "friction": 2.0, "torque_gain": 1.1, "magnets": 40.0, "torque_step": 2.0, "report_delay": 0.1,
     "temperature_offset": 5.0,
-}
+}  # fmt: skip
 OF_THE_REPORT = {"torque_gain", "magnets", "torque_step", "report_delay", "temperature_offset"}
 
 
@@ -795,13 +786,11 @@ def test_a_source_alone_writes_the_value_that_holds():
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
-        ("cylinder.bore", "3 kg", "expected a length"),
-        ("cylinder.number", "1.5", "whole number"),
-        ("pump_a.model", "PGI", "unknown pump"),
-        ("load_direction", "up", "unknown choice"),
+        ("cylinder.bore", "3 kg", "expected a length"), ("cylinder.number", "1.5", "whole number"),
+        ("pump_a.model", "PGI", "unknown pump"), ("load_direction", "up", "unknown choice"),
         ("cylinder.stroke", "", "is missing"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_is_said_where_it_is_and_stays_as_it_was_written(key, value, words):
     boom = machine.load_machine("mining-loader")
     path = f"units.boom.{key}"

@@ -39,20 +39,9 @@ class Hose(Part):
 
 
 __all__ = [
-    "PARTS",
-    "AnticavitationValve",
-    "Cylinder",
-    "Drive",
-    "Hose",
-    "Load",
-    "Manifold",
-    "Oil",
-    "Part",
-    "Pump",
-    "ReliefValve",
-    "SafetyValve",
-    "Tank",
-]
+    "PARTS", "AnticavitationValve", "Cylinder", "Drive", "Hose", "Load", "Manifold", "Oil", "Part", "Pump",
+    "ReliefValve", "SafetyValve", "Tank",
+]  # fmt: skip
 
 
 class Oil(Part):

@@ -189,19 +189,9 @@ class PlacedAccumulator(Part):
 
 
 PLACED: tuple[type[Part], ...] = (
-    PlacedPump,
-    PlacedLoadSensingPump,
-    PlacedRelief,
-    PlacedCheck,
-    PlacedPilotCheck,
-    PlacedSafety,
-    PlacedHose,
-    PlacedVolume,
-    PlacedOrifice,
-    PlacedDirectional,
-    PlacedMetering,
-    PlacedAccumulator,
-)
+    PlacedPump, PlacedLoadSensingPump, PlacedRelief, PlacedCheck, PlacedPilotCheck, PlacedSafety, PlacedHose,
+    PlacedVolume, PlacedOrifice, PlacedDirectional, PlacedMetering, PlacedAccumulator,
+)  # fmt: skip
 KINDS: dict[str, type[Part]] = {part.model_fields["kind"].annotation.__args__[0]: part for part in PLACED}  # type: ignore[union-attr]
 
 

@@ -109,15 +109,9 @@ def _declared(field: FieldInfo) -> Quantity | None:
 
 #: how a tolerance of each unit is written
 EXAMPLES = {
-    "1": "± 10 %",
-    "%": "± 1 %",
-    "mm": "± 1 mm",
-    "ms": "10 ms ± 10 ms",
-    "s": "30 s ± 20 s",
-    "N m": "0.5 N m ± 0.2 N m",
-    "delta_K": "5 K ± 2 K",
-    "degC": "40 degC ± 15 K",
-}
+    "1": "± 10 %", "%": "± 1 %", "mm": "± 1 mm", "ms": "10 ms ± 10 ms", "s": "30 s ± 20 s",
+    "N m": "0.5 N m ± 0.2 N m", "delta_K": "5 K ± 2 K", "degC": "40 degC ± 15 K",
+}  # fmt: skip
 #: what each of them is, by name
 KINDS: dict[str, Quantity] = {
     name: declared for name, field in Tolerances.model_fields.items() if (declared := _declared(field)) is not None

@@ -38,14 +38,9 @@ _SHADES = {
 _NEVER_KNOWN = "The position is never known: give --start, or a log that meets an end stop."
 _LEAST = 1e-3  # mm; smaller errors stand there on the logarithmic scale
 STYLE = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.alpha": 0.25,
-    "legend.frameon": False,
-    "svg.hashsalt": "ramsight",
-}
+    "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
+    "legend.frameon": False, "svg.hashsalt": "ramsight",
+}  # fmt: skip
 
 
 _JOURNAL = {
