@@ -28,7 +28,6 @@ from ramsight.deploy.encoder.objects import BITS, ENTRIES, FORGET, LOAD, OBJECTS
 from ramsight.deploy.encoder.parameters import ParameterFile
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs import read_log, read_truth
-from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import Mapped
 from ramsight.output import HeldError
 from ramsight.plant.ddh import build_ddh
@@ -50,6 +49,7 @@ from .encoder_bus import (
     WATCHDOG,
     Master,
     boom,
+    bus_map,
     encoder,
     lose_power,
     played,
@@ -72,15 +72,6 @@ def master():
 
 
 SWITCH = '[[reference]]\nchannel = "2020h"\nposition = "300 mm"\n'
-
-
-def bus_map(folder, *pdos, speed='channel = "606Ch", unit = "1/min"', torque='channel = "6077h", rated = "80 N m"',
-            temperature='constant = "40 degC"', more=""):  # fmt: skip
-    """A map of what a drive sends: of each frame its identifier and its objects."""
-    text = f"speed = {{{speed}}}\ntorque = {{{torque}}}\ntemperature = {{{temperature}}}\n{more}"
-    text += "".join(f"[[can.pdo]]\ncob_id = {cob_id}\nobjects = {json.dumps(objects)}\n" for cob_id, *objects in pdos)
-    (folder / "map.toml").write_text(text)
-    return load_map(folder / "map.toml")
 
 
 def abort_of(action) -> int:

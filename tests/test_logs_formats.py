@@ -21,6 +21,7 @@ from ramsight.cli import app
 from ramsight.errors import LogError, LogWarning, OutputError, RamsightError
 from ramsight.logs import load_map, mdf_file, open_log, read_log, write_log
 from ramsight.logs.can_field import Field, big_endian, little_endian
+from ramsight.logs.channels import FURTHER, PRESSURES, READINGS
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
 from ramsight.output import open_dataset, write_dataset
@@ -292,10 +293,45 @@ def test_rubbish_of_every_kind_gets_one_line(tmp_path, name, data):
 @pytest.mark.parametrize("suffix", [".csv", ".csv.gz", ".parquet", ".mf4", ".mcap"])
 def test_a_drive_log_goes_out_and_comes_back_in_every_format(trace, tmp_path, suffix):
     log = read_log(trace("boom_441kN_40C").log)
-    log["reference"] = log.motor_speed * np.nan
-    log["reference"][5] = 0.1
+    further = {one.name: one for one in FURTHER if one not in PRESSURES}
+    for k, name in enumerate(further):
+        log[name] = further[name].to_si(20.0 + k + 0.1 * log["motor_torque"])
+    for name in ("reference", *(one.name for one in READINGS)):
+        log[name] = log.motor_speed * np.nan
+        log[name][5] = 0.1
     write_log(log, tmp_path / f"log{suffix}")
-    xarray.testing.assert_allclose(read_log(tmp_path / f"log{suffix}"), log, rtol=1e-12)
+    again = read_log(tmp_path / f"log{suffix}")
+    assert set(again) == set(log)
+    xarray.testing.assert_allclose(again.drop_vars(list(further)), log.drop_vars(list(further)), rtol=1e-12)
+    for name, one in further.items():
+        np.testing.assert_allclose(again[name], log[name], rtol=1e-9, atol=1e-9 if one.units == "rad" else 1e-6)
+        assert again[name].attrs["units"] == one.units
+    if suffix == ".csv":
+        header, first = (line.split(",") for line in (tmp_path / "log.csv").read_text().splitlines()[:2])
+        cells = dict(zip(header, first, strict=True))
+        assert float(cells["motor_temperature_c"]) == pytest.approx(float(log["motor_temperature"][0]) - 273.15)
+        for name in ("shaft_angle", "link_angle"):
+            assert float(cells[f"{name}_deg"]) == pytest.approx(math.degrees(float(log[name][0])))
+        assert float(cells["dc_power_w"]) == pytest.approx(float(log["dc_power"][0]))
+
+
+@pytest.mark.parametrize(
+    ("keys", "cell", "expected"),
+    [
+        ('unit = "deg"', {"shaft_angle": 920.0}, math.radians(920.0)),
+        ('unit = "kW"', {"dc_power": 2.5}, 2500.0),
+        ('unit = "deg", sign = -1, offset = 5.0', {"link_angle": 20.0}, math.radians(-25.0)),
+        ('unit = "degC"', {"motor_temperature": 85.0}, 358.15),
+        ('unit = "bar"', {"pressure_a": 200.0}, 200e5),
+    ],
+)
+def test_a_map_names_what_is_measured_beside_the_drive(tmp_path, keys, cell, expected):
+    ((name, value),) = cell.items()
+    file = written(tmp_path, "t,n,M,T,x\n" + "".join(f"{0.02 * k},1500,12.5,40,{value}\n" for k in range(3)), "log.csv")
+    more = {"time": 'channel = "t", unit = "s"', name: f'channel = "x", {keys}'}
+    units = (("n", "rpm"), ("M", "N m"), ("T", "degC"))
+    log = read_log(file, written(tmp_path, roles(*(f'channel = "{one}", unit = "{of}"' for one, of in units), **more)))
+    assert log[name].values == pytest.approx([expected] * 3)
 
 
 @given(
