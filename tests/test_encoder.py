@@ -381,8 +381,7 @@ def test_a_client_maps_what_it_likes_into_a_pdo(master):
 
 
 @pytest.mark.parametrize(
-    ("mapped", "code"),
-    [((0x6003_0020,), 0x06040041), ((0x6004_0010,), 0x06040041), ((0x6004_0020,) * 3, 0x06040042)],
+    ("mapped", "code"), [((0x6003_0020,), 0x06040041), ((0x6004_0010,), 0x06040041), ((0x6004_0020,) * 3, 0x06040042)]
 )
 def test_mappings_that_cannot_be_are_refused(master, mapped, code):
     sdo = master.node.sdo

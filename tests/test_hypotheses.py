@@ -823,8 +823,7 @@ def test_a_first_contact_may_be_an_obstacle(bank):
 
 
 @pytest.mark.parametrize(
-    ("leaves", "factor"),
-    [("goes_through", 1.0 / (2.0 * OUTSIDE)), ("goes_back", OUTSIDE / (1.0 + OUTSIDE))],
+    ("leaves", "factor"), [("goes_through", 1.0 / (2.0 * OUTSIDE)), ("goes_back", OUTSIDE / (1.0 + OUTSIDE))]
 )
 def test_how_a_piston_leaves_what_held_it_tells_an_end_from_an_obstacle(bank, leaves, factor):
     """By the way alone, for it was not pressed."""

@@ -21,18 +21,7 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.virtual_sensor import Report, close
 
 from .plant_bench import UNITS
-from .sensor_bench import (
-    WARM,
-    Stepped,
-    begin,
-    changing,
-    cycle,
-    load_observer,
-    lowered,
-    moves,
-    observers,
-    quiet,
-)
+from .sensor_bench import WARM, Stepped, begin, changing, cycle, load_observer, lowered, moves, observers, quiet
 
 LOCKED = ["mining-loader boom", "mining-loader bucket", "forklift-mast lift"]
 FREE = ["eha-test-bench axis", "eha-single-rod axis"]

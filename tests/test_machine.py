@@ -4,7 +4,7 @@ import math
 import re
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ramsight import machine, units
@@ -15,6 +15,7 @@ from ramsight.machine.base import Part
 from ramsight.machine.declare import declaration, explain
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import PLACED
+from ramsight.machine.reading import _machine
 
 
 @pytest.fixture(scope="module")
@@ -301,19 +302,23 @@ JSON = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
     max_leaves=5,
 )
-KEYS = sorted(value.path for value in machine.walk(machine.load_machine("mining-loader").unit("boom"), "units.boom."))
+COMPOSED = [("eha-single-rod", "axis"), ("press", "ram")]
+KEYS = sorted(
+    f"{name}.{value.path}" for name, unit in [("mining-loader", "boom"), *COMPOSED]
+    for value in machine.walk(machine.load_machine(name).unit(unit), f"units.{unit}.")
+    if value.given or name == "mining-loader"
+)  # fmt: skip
 
 
+@settings(max_examples=200)
 @given(path=st.sampled_from(KEYS), junk=JSON)
 def test_junk_in_any_place_is_read_or_refused_in_one_line(path, junk):
-    data = catalogue.read_toml(catalogue.find("machine", "mining-loader").path)
-    *places, key = path.split(".")
+    name, *places, key = path.split(".")
+    data = catalogue.read_toml(catalogue.find("machine", name).path)
     place = data
     for step in places:
         place = place.setdefault(step, {})  # a table of defaults alone may be missing
     place[key] = junk
-    from ramsight.machine.reading import _machine
-
     try:
         _machine(data, "a.toml")
     except RamsightError as error:

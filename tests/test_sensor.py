@@ -110,10 +110,7 @@ def test_a_step_at_a_time_is_the_same_as_a_whole_log(trace, sensors, kind):
     for k in range(log.sizes["time"]):
         row = log.isel(time=k)
         estimate = sensor.step(
-            float(row["time"]),
-            float(row["motor_speed"]),
-            float(row["motor_torque"]),
-            float(row["oil_temperature"]),
+            float(row["time"]), float(row["motor_speed"]), float(row["motor_torque"]), float(row["oil_temperature"])
         )
         assert estimate.position == whole["position"].values[k]
 
