@@ -1,11 +1,13 @@
 """What the tests share: recorded traces, what is made once a process, and settings of hypothesis."""
 
 import gc
+import importlib
 import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -95,3 +97,14 @@ def traces(trace: Callable[[str], Trace]) -> list[Trace]:
 def columns(monkeypatch: pytest.MonkeyPatch) -> None:
     """What goes into a pipe has no columns; a worker of the tests has those of its terminal."""
     monkeypatch.delenv("COLUMNS", raising=False)
+
+
+@pytest.fixture
+def script(monkeypatch: pytest.MonkeyPatch) -> Callable[..., ModuleType]:
+    """A program of a folder beside the package, which finds its neighbours: ``script("pages", "evaluation")``."""
+
+    def imported(name: str, folder: str = "evaluation") -> ModuleType:
+        monkeypatch.syspath_prepend(TRACES.parents[1] / folder)
+        return importlib.import_module(name)
+
+    return imported

@@ -118,17 +118,6 @@ def found_in(result):
     return json.loads((ROOT / "results" / f"{result}.json").read_text(encoding="utf-8"))
 
 
-@pytest.fixture
-def script(monkeypatch):
-    """Imports a script of a folder beside the package."""
-
-    def imported(name, folder="evaluation"):
-        monkeypatch.syspath_prepend(ROOT / folder)
-        return importlib.import_module(name)
-
-    return imported
-
-
 def marked_block(name, rows):
     return f"<!-- {name} -->\n\n" + "\n".join(rows) + f"\n\n<!-- end of {name} -->"
 

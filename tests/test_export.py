@@ -1,7 +1,6 @@
 """Exported C says what Python says: with doubles, with floats, with faults, after a power loss, under sanitizers."""
 
 import ctypes
-import importlib
 import json
 import os
 import re
@@ -522,10 +521,9 @@ def test_the_folder_says_how_it_is_called_and_in_which_units(tmp_path):
     assert called == {f"ramsight_boom_{name}" for name in ("resume", "init", "start", "reference", "step", "keep")}
 
 
-def test_the_export_page_quotes_what_a_cortex_takes(monkeypatch):
+def test_the_export_page_quotes_what_a_cortex_takes(script):
     root = Path(__file__).parent.parent
-    monkeypatch.syspath_prepend(root / "benchmarks")
-    cortex = importlib.import_module("cortex")
+    cortex = script("cortex", "benchmarks")
     found = json.loads((root / "results" / "bench.json").read_text())
     page = (root / "docs" / "reference" / "c-cost.md").read_text()
     assert "\n".join(cortex.table(found["cortex"])) in page

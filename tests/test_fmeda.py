@@ -1,7 +1,6 @@
 """The FMEDA table has what was measured and nothing else, and the coverage is the mean that the rates weigh."""
 
 import csv
-import importlib
 import io
 import json
 from dataclasses import replace
@@ -43,9 +42,8 @@ def declaring(unit, **assumed):
     return replace(unit, assumptions=unit.assumptions.replace(assumed))
 
 
-def test_the_package_has_what_the_study_measured(monkeypatch, study):
-    monkeypatch.syspath_prepend(ROOT / "evaluation")
-    fmeda = importlib.import_module("fmeda")
+def test_the_package_has_what_the_study_measured(script, study):
+    fmeda = script("fmeda")
     assert fmeda.FILE.read_text(encoding="utf-8") == fmeda.packaged(study)
 
 

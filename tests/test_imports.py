@@ -211,10 +211,9 @@ def test_the_engine_uses_numpy_llvmlite_and_casadi_alone():
     assert used - sys.stdlib_module_names - {"ramsight"} <= ENGINE_LIBRARIES
 
 
-def test_the_drawing_of_the_rooms_is_that_of_the_code(monkeypatch):
+def test_the_drawing_of_the_rooms_is_that_of_the_code(script):
     root = SOURCE.parent.parent
-    monkeypatch.syspath_prepend(root / "evaluation")
-    drawing = importlib.import_module("rooms")
+    drawing = script("rooms")
     listed = drawing.listed()
     found = drawing.edges(list(listed))
     assert [{room} for room in listed] == [rooms & set(listed) for rooms in STREET if rooms & set(listed)]

@@ -1,6 +1,5 @@
 """A drive whose frames freeze, are zero or late: told within 0.2 s by what the map names; a healthy one never is."""
 
-import importlib
 import math
 from pathlib import Path
 
@@ -342,10 +341,9 @@ def test_a_drive_that_turned_while_disabled_is_not_believed_before_it_is_enabled
     assert new == [True, True, False, False, True]
 
 
-def test_every_kind_of_a_drive_that_misbehaves_changes_what_is_sent(monkeypatch):
+def test_every_kind_of_a_drive_that_misbehaves_changes_what_is_sent(monkeypatch, script):
     """`make fuzz` sends them to a whole encoder; kinds that change nothing would be counted as true."""
-    monkeypatch.syspath_prepend("fuzz")
-    kinds = importlib.import_module("drive_kinds")
+    kinds = script("drive_kinds", "fuzz")
     rng, begin = np.random.default_rng(68), 8.01
     frames = [(PERIOD * k, 1100 + k % 7, 240 + k % 11) for k in range(900)]
     drive = kinds.Prepared(judge=None, frames=frames, channel_map=Path("drive.toml"), tells=True)

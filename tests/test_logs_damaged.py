@@ -26,6 +26,7 @@ from ramsight.logs.shown import inspection_table
 from ramsight.machine import load_machine
 
 from . import log_bench
+from .command import as_command
 from .log_bench import pdo_map
 
 HEADER = f"{log_bench.HEADER}\n"
@@ -244,8 +245,7 @@ def test_a_damaged_parquet_file_names_itself_and_never_standard_output(parquet, 
             read_log(written(tmp_path, data[:cut], "cut.parquet"))
     hole = data[:60] + bytes(len(data) // 3) + data[60 + len(data) // 3 :]
     path = written(tmp_path, hole, "hole.parquet")
-    command = [sys.executable, "-m", "ramsight.cli", "track", "mining-loader", str(path), "--unit", "boom"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = as_command("track", "mining-loader", path, "--unit", "boom")
     assert done.returncode == 2
     assert done.stderr.startswith(f"error: {path}: is damaged after row")
     assert len(done.stderr.splitlines()) == 1
