@@ -78,7 +78,7 @@ class Tolerances(Part):
     oil_temperature: Annotated[_Text, _of("degC", "of the oil at the beginning", "-60 degC", "200 degC")] = None
     warming: Annotated[_Text, _of("delta_K", "of the oil over the duty", "-100 K", "100 K")] = None
     correlations: Annotated[
-        dict[str, Annotated[float, quantity("1", "correlation of two of them", least="-1", most="1")]],
+        dict[str, Annotated[float, quantity("1", "correlation of two of them", least=-1, most=1)]],
         Field(description="correlations of pairs, for example leakage-displacement = 0.5"),
     ] = {}  # noqa: RUF012 - of a model, which copies it
 

@@ -285,8 +285,7 @@ def draw_drive(axes: Any, log: Samples) -> None:
     axes[1].plot(log["time"].values, log["motor_torque"].values, color=TRUTH, lw=0.6)
     axes[1].set_ylabel("torque\n[N m]")
     axes[2].plot(log["time"].values, log["oil_temperature"].values - FREEZING, color=TRUTH, lw=0.6)
-    axes[2].set_ylabel("oil\n[°C]")
-    axes[2].set_xlabel("time [s]")
+    axes[2].set(ylabel="oil\n[°C]", xlabel="time [s]")
 
 
 def shade_status(axes: Any, time: Any, status: Any) -> None:
