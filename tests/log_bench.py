@@ -58,6 +58,18 @@ def is_the_drive(log, rows=slice(None)):
     np.testing.assert_allclose(log.oil_temperature.values, 313.15)
 
 
+def own_names(log, folder, position=None):
+    """A drive's log in a file whose columns have a maker's names and units, and the map that says which is what."""
+    columns = {"t": log["time"], "n": log["motor_speed"], "M": log["motor_torque"] * 10.0}
+    columns |= {"T": log["oil_temperature"] - 273.15} | ({} if position is None else {"x": position * 1e3})
+    rows = np.column_stack([column.values for column in columns.values()])
+    np.savetxt(folder / "own.csv", rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
+    units = {"speed": ("n", "rad/s"), "torque": ("M", 'percent", rated = "10 N m'), "temperature": ("T", "degC")}
+    text = roles(time="t", **{role: f'channel = "{name}", unit = "{unit}"' for role, (name, unit) in units.items()})
+    measured = "" if position is None else '[measured]\nposition = { channel = "x", unit = "mm" }\n'
+    return folder / "own.csv", written(folder, text + measured)
+
+
 def lines_of(separator=",", names=("Time [s]", *NAMES), time=TIME, rows=slice(None)):
     """The motion as lines of a table."""
     cells = zip(*(np.asarray(one)[rows].tolist() for one in (time, *COLUMNS.values())), strict=True)

@@ -89,6 +89,11 @@ class Instance:
             else:
                 real([self.place[name]], [value])
 
+    def report(self, reported, **more):
+        """What a drive reports, and other inputs."""
+        drive = {name: getattr(reported, name) for name in ("motor_speed", "motor_torque", "oil_temperature")}
+        self.set(**drive, **more)
+
     def get(self, name):
         if name in ("status", "verdict"):
             whole = self.fmu.getInteger if self.fmi == 2 else self.fmu.getInt64
@@ -135,12 +140,18 @@ def test_fmpy_finds_no_problem(fmus, kind):
     assert ("sources/buildDescription.xml" in names) == (kind[1] == 3)
 
 
-@pytest.mark.parametrize("fmi", FMI)
-def test_the_sensor_tracks_a_faulty_day_as_in_python(fmus, instances, fmi):
+def begun_day():
+    """A unit, its faulty day, where it begins, and the sensor that knows that."""
     unit = build_ddh("boom", LOADER.unit("boom"))
     rows, start = faulty_day(unit, duration=60.0, every=30.0, seed=5)
     sensor = kalman(unit)
     sensor.start(start)
+    return unit, rows, start, sensor
+
+
+@pytest.mark.parametrize("fmi", FMI)
+def test_the_sensor_tracks_a_faulty_day_as_in_python(fmus, instances, fmi):
+    _, rows, start, sensor = begun_day()
     one = instances("sensor", fmi)
     one.begin(start_position=start, start_known=True)
     assert one.get("position") == start
@@ -161,10 +172,7 @@ def test_the_sensor_tracks_a_faulty_day_as_in_python(fmus, instances, fmi):
 @pytest.mark.parametrize("fmi", FMI)
 def test_the_comparison_says_what_python_says(instances, fmi):
     """A real sensor that is right, leaps, says nothing, is right again, and stands while the piston goes on."""
-    unit = build_ddh("boom", LOADER.unit("boom"))
-    rows, start = faulty_day(unit, duration=60.0, every=30.0, seed=5)
-    sensor = kalman(unit)
-    sensor.start(start)
+    unit, rows, start, sensor = begun_day()
     pair = Comparison(unit.cylinder.stroke, unit.travel_per_radian * limits_of(unit).max_speed, 1e-3, 0.1)
     one = instances("compare", fmi)
     one.begin(start_position=start, start_known=True, other_tolerance=1e-3, time_to_alert=0.1)

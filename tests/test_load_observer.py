@@ -192,9 +192,8 @@ def test_no_torque_moves_the_load_by_more_than_virtual_work_allows(name):
     unit, observer = UNITS[name], observers(name)
     run, log = cycle(unit)
     wild = log.copy(deep=True)
-    wild["motor_torque"].values[::17] += limits_of(unit).torque * np.where(
-        np.arange(log.sizes["time"])[::17] % 2, 1, -1
-    )
+    signs = np.where(np.arange(log.sizes["time"])[::17] % 2, 1, -1)
+    wild["motor_torque"].values[::17] += limits_of(unit).torque * signs
     said = begun(observer, run).track(wild)
     changes = np.abs(np.diff(said["load"]))
     most = np.abs(said["innovation"][1:]) / unit.travel_per_radian
@@ -202,6 +201,13 @@ def test_no_torque_moves_the_load_by_more_than_virtual_work_allows(name):
     assert (changes > 0.2 * most).any()
     assert (said["state_load.variance"] >= 0.0).all()
     assert (said["state_load.first_variance"] >= 0.0).all()
+
+
+def with_factors(unit, k, by, run, log):
+    """A log followed with a factor that is larger, smaller, and as it is."""
+    for sign in (1.0, -1.0, 0.0):
+        factors = [1.0 + (sign * by if i == k else 0.0) for i in range(len(FACTORS))]
+        yield begun(load_observer(unit, factors), run).track(log)
 
 
 @pytest.mark.parametrize("name", ["mining-loader boom", "eha-single-rod axis", "press ram"])
@@ -213,11 +219,7 @@ def test_it_knows_where_it_would_be_with_another_factor(name, k):
     """
     unit, by = without_friction(UNITS[name]), [0.01, 1e-4, 0.01][k]
     run, log = cycle(unit)
-    said = []
-    for sign in (1.0, -1.0, 0.0):
-        factors = [1.0 + (sign * by if i == k else 0.0) for i in range(len(FACTORS))]
-        said.append(begun(load_observer(unit, factors), run).track(log))
-    plus, minus, plain = said
+    plus, minus, plain = with_factors(unit, k, by, run, log)
     known = np.flatnonzero(full_speed(run, unit))[0]  # the first load that is found moves the position by nothing
     expected = (plus["position"] - minus["position"])[known:] / (2.0 * by)
     found = np.cumsum(plain[f"travel_by_{FACTORS[k]}"])[known:]
@@ -239,11 +241,7 @@ def test_oil_that_is_softer_than_believed_gives_way_under_a_load_that_grows(name
     load, share = limits_of(unit).load, min(0.3, 0.4 * UNITS[name].cylinder.stroke / (2.5 * lifting_speed(unit)))
     loads = changing([(0.0, 0.2 * load), (1.2, 0.2 * load), (2.0, 0.6 * load), (2.5, 0.6 * load)])
     run, log = moves(unit, [(0.0, 0.0), (0.3, share), (2.5, share)], loads, lowered(unit, 0.3 * unit.cylinder.stroke))
-    said = []
-    for sign in (1.0, -1.0, 0.0):
-        factors = [1.0 + (sign * by if i == k else 0.0) for i in range(len(FACTORS))]
-        said.append(begun(load_observer(unit, factors), run).track(log))
-    plus, minus, plain = said
+    plus, minus, plain = with_factors(unit, k, by, run, log)
     grows = (run["time"].values > 1.1) & (run["time"].values < 2.3)
     expected = (plus["position"] - minus["position"])[grows] / (2.0 * by)
     found = np.cumsum(plain["travel_by_compliance"])[grows]
