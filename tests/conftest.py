@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
+import ramsight
 from ramsight import posix
 
 from .made_once import share
@@ -91,6 +92,18 @@ def trace() -> Callable[[str], Trace]:
 def traces(trace: Callable[[str], Trace]) -> list[Trace]:
     """All recorded cases."""
     return [trace(name) for name in trace_names()]
+
+
+@pytest.fixture(scope="session")
+def units() -> dict[str, Any]:
+    """The units of the mining loader, by their names."""
+    return {name: ramsight.build("mining-loader", name) for name in ("boom", "bucket")}
+
+
+@pytest.fixture(scope="session")
+def boom(units: dict[str, Any]) -> Any:
+    """The loader's boom."""
+    return units["boom"]
 
 
 @pytest.fixture(autouse=True)

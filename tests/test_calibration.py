@@ -5,19 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ramsight import machine
 from ramsight.calibration.cached import cache_file, calibrated
 from ramsight.calibration.movement import LOADS, TEMPERATURES, _on_common_grid, calibrate, sweep, tabulate
 from ramsight.calibration.sensor_file import table_hash
-from ramsight.plant.ddh import build_ddh
 
 FEW = {"temperatures": np.array([303.15, 313.15]), "loads": 8}
-
-
-@pytest.fixture(scope="module")
-def units():
-    loader = machine.load_machine("mining-loader")
-    return {name: build_ddh(name, loader.unit(name)) for name in loader.units}
 
 
 @pytest.fixture(scope="module")

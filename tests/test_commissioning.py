@@ -32,11 +32,6 @@ AS_BUILT = ramsight.AsBuilt(leak=1.15, displacement=0.998, stiffness=0.9, fricti
 
 
 @pytest.fixture(scope="module")
-def boom():
-    return ramsight.build("mining-loader", "boom")
-
-
-@pytest.fixture(scope="module")
 def rehearsed(boom):
     run = ramsight.simulate(boom, "commissioning", as_built=AS_BUILT)
     return ramsight.drive_report(run), run

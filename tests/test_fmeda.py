@@ -25,11 +25,6 @@ ROOT = Path(__file__).parent.parent
 
 
 @pytest.fixture(scope="module")
-def boom():
-    return build(machine.load_machine("mining-loader").unit("boom"), "boom")
-
-
-@pytest.fixture(scope="module")
 def study():
     return json.loads((ROOT / "results" / "study.json").read_text(encoding="utf-8"))
 

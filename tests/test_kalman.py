@@ -32,12 +32,6 @@ WORK_DAYS = ("boom_asbuilt1_workday", "bucket_asbuilt1_workday")
 
 
 @pytest.fixture(scope="module")
-def units():
-    loader = machine.load_machine("mining-loader")
-    return {name: build_ddh(name, loader.unit(name)) for name in ("boom", "bucket")}
-
-
-@pytest.fixture(scope="module")
 def sensors(units):
     return {name: kalman(unit) for name, unit in units.items()}
 

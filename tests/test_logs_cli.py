@@ -12,8 +12,6 @@ from ramsight.calibration.sensors import sensor_for
 from ramsight.errors import LogError
 from ramsight.logs import open_log, read_log, write_log
 from ramsight.logs.inspect import inspect_log
-from ramsight.machine import load_machine
-from ramsight.plant.ddh import build_ddh
 from ramsight.tracking.pieces import track_pieces
 
 from .command import as_command, at_once
@@ -74,11 +72,6 @@ def test_a_can_log_is_looked_into_mapped_and_tracked(blf, trace, tmp_path):
     table = importlib.import_module("pyarrow.parquet").read_table(tmp_path / "track.parquet")
     assert table.column_names == ["time_s", "position_m", "position_std_m", "status"], "this sensor has no bound"
     refused(track(blf, cwd=tmp_path), "day.blf", "channel map", "ramsight logs inspect")
-
-
-@pytest.fixture(scope="module")
-def boom():
-    return build_ddh("boom", load_machine("mining-loader").unit("boom"))
 
 
 @pytest.mark.parametrize("suffix", [".parquet", ".mf4", ".nc"])

@@ -12,7 +12,7 @@ from ramsight.errors import DescriptionError, RamsightError, UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.base import Part
-from ramsight.machine.declare import declaration, explain
+from ramsight.machine.declare import declaration, explain, quantity
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import PLACED
 from ramsight.machine.reading import _machine
@@ -226,6 +226,11 @@ def test_every_parameter_is_explained_and_bounded():
                 lowest, highest = declared.above or declared.least, declared.below or declared.most
                 assert units.parse(lowest, declared.unit) < units.parse(highest, declared.unit)
                 assert not isinstance(field.default, float) or declared.read(field.default) == field.default
+
+
+def test_a_bound_is_a_number_in_the_unit_or_has_a_unit_of_its_own():
+    assert quantity("mm", "", least=0.5, below="1 m").range == "at least 0.5 mm, below 1 m"
+    assert quantity("1", "", above=0, most=2).range == "above 0, at most 2"
 
 
 def test_replace_checks_and_keeps_the_rest(loader):

@@ -130,11 +130,6 @@ def lifted(levels, free=200, pressed=40):
     return np.arange(len(speed)) * 0.02, np.array(speed), np.array(torque), np.full(len(speed), 313.15)
 
 
-@pytest.fixture
-def boom():
-    return ramsight.build("mining-loader", unit="boom")
-
-
 def test_a_plateau_at_the_end_of_a_free_move_is_a_press(boom):
     asked = pressing_sides(boom)[1].torque
     seen = Pressed(boom)

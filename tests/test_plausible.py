@@ -15,7 +15,6 @@ from ramsight.logs import open_log, read_log, write_log
 from ramsight.logs.mapped import standard_map
 from ramsight.machine import load_machine
 from ramsight.plant.build import build
-from ramsight.plant.ddh import build_ddh
 from ramsight.tracking.plausible import _signs, reportable
 from ramsight.tracking.pressed import Pressed
 from ramsight.tracking.watched import watched
@@ -24,11 +23,6 @@ from .command import as_command
 from .log_bench import roles, written
 
 RPM = np.pi / 30.0
-
-
-@pytest.fixture(scope="module")
-def units():
-    return {name: build_ddh(name, load_machine("mining-loader").unit(name)) for name in ("boom", "bucket")}
 
 
 def warned(log, unit, channel_map=None):

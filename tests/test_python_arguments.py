@@ -21,11 +21,6 @@ SAMPLE = {"time": 0.0, "motor_speed": 0.0, "motor_torque": 0.0, "oil_temperature
 
 
 @pytest.fixture(scope="module")
-def boom():
-    return ramsight.build("mining-loader", "boom")
-
-
-@pytest.fixture(scope="module")
 def run(boom):
     return ramsight.simulate(boom, load="441 kN", start="120 mm")
 

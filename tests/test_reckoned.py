@@ -5,22 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from ramsight import machine
 from ramsight.duty import report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build
 from ramsight.sensor.reckoned import reckoned
 from ramsight.sensor.status import Status
 
 WARM = 313.15
-
-
-@pytest.fixture(scope="module")
-def boom():
-    return build(machine.load_machine("mining-loader").unit("boom"), "boom")
 
 
 @pytest.fixture(scope="module")

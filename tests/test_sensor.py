@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 import xarray
 
-from ramsight import machine
 from ramsight.calibration.sensors import sensor_for
 from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.errors import UnknownNameError
 from ramsight.logs import read_log, read_truth
-from ramsight.plant.ddh import build_ddh
 from ramsight.tracking.position_errors import first_stop_contact, position_errors
 
 PAPER_CYCLES = [
@@ -17,12 +15,6 @@ PAPER_CYCLES = [
     "boom_300kN_30C_400rpm", "boom_300kN_30C_800rpm", "boom_300kN_30C_2400rpm", "bucket_48kN_40C",
     "bucket_96kN_40C", "bucket_162kN_40C",
 ]  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def units():
-    loader = machine.load_machine("mining-loader")
-    return {name: build_ddh(name, loader.unit(name)) for name in loader.units}
 
 
 @pytest.fixture(scope="module")
