@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -120,7 +120,9 @@ def write_sensor(
             (draft / name).write_text(text, encoding="utf-8", newline="\n")
         found = find_compiler() if compiler is None else compiler
         measured = []
-        builds = tuple(_builds(built)) if measure else ((single, "-O2"),)
+        # Floats are not good enough where a load only resists.
+        good = tuple(one for one in _BUILDS if not (one[0] and built.cylinder.passive))
+        builds = good if measure else ((single, "-O2"),)
         for floats, level in builds:
             if found:
                 measured.append(footprint(found, draft, prefix, single=floats, optimised=level))
@@ -224,11 +226,6 @@ def shown(footprints: tuple[Footprint, ...]) -> str:
         f"{f.saved} saved, {1e9 * f.step:.0f} ns a step"
         for f in footprints
     )
-
-
-def _builds(unit: HydraulicUnit) -> Iterator[tuple[bool, str]]:
-    """Builds that are measured; floats are not good enough where a load only resists."""
-    return (build for build in _BUILDS if not (build[0] and unit.cylinder.passive))
 
 
 def _table(measured: list[Footprint], compiler: str | None) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from xml.sax.saxutils import quoteattr
 
 from ramsight._version import __version__
@@ -34,16 +34,12 @@ def _types(variables: Sequence[Variable]) -> list[str]:
     return [kind for kind in ENUMERATIONS if any(v.kind == kind for v in variables)]
 
 
-def _declared(v: Variable) -> str | None:
-    return v.kind.capitalize() if v.enumeration else None
-
-
 def _items(kind: str, indent: str) -> list[str]:
     of = ENUMERATIONS[kind]
     return [f"{indent}<Item{_attributes(name=one.name, value=int(one), description=one.text)}/>" for one in of]
 
 
-def _until_variables(model: FmuModel, types: Sequence[str]) -> Iterator[str]:
+def _until_variables(model: FmuModel, types: Iterable[str]) -> Iterator[str]:
     """What stands before the variables."""
     yield _units(model.variables)
     yield from types
@@ -66,7 +62,7 @@ def _number(v: Variable) -> str:
     shown = DISPLAY.get(v.unit)
     ends = {name: None if end is None else literal(end) for name, end in (("min", v.least), ("max", v.most))}
     return _attributes(
-        declaredType=_declared(v),
+        declaredType=v.kind.capitalize() if v.enumeration else None,
         unit=v.unit,
         displayUnit=shown.name if shown else None,
         **ends,
