@@ -138,6 +138,9 @@ def test_fmpy_finds_no_problem(fmus, kind):
     place = "linux64" if kind[1] == 2 else "x86_64-linux"
     assert place not in fmus[kind].binaries or f"binaries/{place}/{identifier}.so" in names
     assert ("sources/buildDescription.xml" in names) == (kind[1] == 3)
+    said = fmpy.read_model_description(str(fmus[kind].path)).modelVariables
+    between_samples = "continuous" if kind[0] == "plant" else "discrete"
+    assert {one.variability for one in said if one.causality == "output"} == {between_samples}
 
 
 def begun_day():
