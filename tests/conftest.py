@@ -95,6 +95,12 @@ def traces(trace: Callable[[str], Trace]) -> list[Trace]:
 
 
 @pytest.fixture(scope="session")
+def loader() -> Any:
+    """The description of the mining loader."""
+    return ramsight.load_machine("mining-loader")
+
+
+@pytest.fixture(scope="session")
 def units() -> dict[str, Any]:
     """The units of the mining loader, by their names."""
     return {name: ramsight.build("mining-loader", name) for name in ("boom", "bucket")}

@@ -19,11 +19,6 @@ from ramsight.machine.reading import _machine
 
 
 @pytest.fixture(scope="module")
-def loader():
-    return machine.load_machine("mining-loader")
-
-
-@pytest.fixture(scope="module")
 def text():
     return machine.template()
 

@@ -30,16 +30,6 @@ ORACLE = [
 PER_REV = 2 * math.pi * 1e3
 
 
-@pytest.fixture(scope="module")
-def loader():
-    return machine.load_machine("mining-loader")
-
-
-@pytest.fixture(scope="module")
-def units(loader):
-    return {name: build_ddh(name, unit) for name, unit in loader.units.items()}
-
-
 @pytest.mark.parametrize("row", ORACLE, ids=[f"{row[0]}-{row[1]}kN" for row in ORACLE])
 def test_steady_lift_and_lower(units, row):
     name, load, *travels, pressure, lift, lower = row
