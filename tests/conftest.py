@@ -1,16 +1,19 @@
 """What the tests share: recorded traces, what is made once a process, and settings of hypothesis."""
 
 import gc
+import importlib
 import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
 
+import ramsight
 from ramsight import posix
 
 from .made_once import share
@@ -91,7 +94,36 @@ def traces(trace: Callable[[str], Trace]) -> list[Trace]:
     return [trace(name) for name in trace_names()]
 
 
+@pytest.fixture(scope="session")
+def loader() -> Any:
+    """The description of the mining loader."""
+    return ramsight.load_machine("mining-loader")
+
+
+@pytest.fixture(scope="session")
+def units() -> dict[str, Any]:
+    """The units of the mining loader, by their names."""
+    return {name: ramsight.build("mining-loader", name) for name in ("boom", "bucket")}
+
+
+@pytest.fixture(scope="session")
+def boom(units: dict[str, Any]) -> Any:
+    """The loader's boom."""
+    return units["boom"]
+
+
 @pytest.fixture(autouse=True)
 def columns(monkeypatch: pytest.MonkeyPatch) -> None:
     """What goes into a pipe has no columns; a worker of the tests has those of its terminal."""
     monkeypatch.delenv("COLUMNS", raising=False)
+
+
+@pytest.fixture
+def script(monkeypatch: pytest.MonkeyPatch) -> Callable[..., ModuleType]:
+    """A program of a folder beside the package, which finds its neighbours: ``script("pages", "evaluation")``."""
+
+    def imported(name: str, folder: str = "evaluation") -> ModuleType:
+        monkeypatch.syspath_prepend(TRACES.parents[1] / folder)
+        return importlib.import_module(name)
+
+    return imported

@@ -1,5 +1,6 @@
 """A bus without time of its own: a master that knows CiA 406 only, an encoder, and a played drive."""
 
+import json
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -13,6 +14,7 @@ from ramsight import machine
 from ramsight.deploy.encoder import Encoder, Frame, Settings, drive_map, encoder_for
 from ramsight.deploy.encoder.eds import NAME
 from ramsight.deploy.encoder.played_drive import PlayedDrive
+from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap
 from ramsight.plant.ddh import DdhUnit, build_ddh
 
@@ -124,6 +126,15 @@ class Master(canopen.Network):
 def sample(rpm: int, torque: float) -> Frame:
     share = round(1e3 * torque / RATED)
     return Frame(0x180 + DRIVE, rpm.to_bytes(4, "little", signed=True) + share.to_bytes(2, "little", signed=True))
+
+
+def bus_map(folder, *pdos, speed='channel = "606Ch", unit = "1/min"', torque='channel = "6077h", rated = "80 N m"',
+            temperature='constant = "40 degC"', more=""):  # fmt: skip
+    """A map of what a drive sends: of each frame its identifier and its objects."""
+    text = f"speed = {{{speed}}}\ntorque = {{{torque}}}\ntemperature = {{{temperature}}}\n{more}"
+    text += "".join(f"[[can.pdo]]\ncob_id = {cob_id}\nobjects = {json.dumps(objects)}\n" for cob_id, *objects in pdos)
+    (folder / "map.toml").write_text(text)
+    return load_map(folder / "map.toml")
 
 
 OTHER_MAP = f"""

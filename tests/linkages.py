@@ -115,11 +115,9 @@ DESCRIPTIONS = {
 MECHANISMS = {name: build_mechanism(spec) for name, spec in DESCRIPTIONS.items()}
 # Cylinder positions at which each can be assembled: least and greatest [m].
 RANGES = {
-    "loader": ((0.0, 0.7), (0.0, 0.5)),
-    "forklift": ((0.0, 1.5),),
-    "excavator": ((0.2, 0.7), (0.2, 0.9), (0.1, 0.6)),
-    "crane": ((0.05, 0.6),),
-}
+    "loader": ((0.0, 0.7), (0.0, 0.5)), "forklift": ((0.0, 1.5),),
+    "excavator": ((0.2, 0.7), (0.2, 0.9), (0.1, 0.6)), "crane": ((0.05, 0.6),),
+}  # fmt: skip
 
 
 def grid(name: str, count: int) -> np.ndarray:

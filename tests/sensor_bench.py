@@ -86,14 +86,16 @@ class Fed:
 
 
 def fed(names, initial, write):
-    """A sensor of one piece: `write(state, sample, inputs) -> (state, value)`, of which inputs are set by hand."""
+    """A sensor of one piece: `write(state, sample, inputs)` gives its state and values; inputs are set by hand."""
     raw = Raw.symbols()
     first = Fed(intake=SampleState.initial(), inputs=dict.fromkeys(names, ca.SX(0.0)), piece=initial)
     state = symbols(first)
     intake, sample = plain_sample(state.intake, raw)
-    piece, value = write(state.piece, sample, state.inputs)
+    piece, found = write(state.piece, sample, state.inputs)
     after = replace(state, intake=intake, piece=piece)
-    said = Report(ca.SX(0.0), 0.0, 0.0, 0.0, ca.SX(0.0), {"value": (ca.SX(1.0) * value, "1")})
+    values = found if isinstance(found, dict) else {"value": found}
+    more = {name: (ca.SX(1.0) * value, "1") for name, value in values.items()}
+    said = Report(ca.SX(0.0), 0.0, 0.0, 0.0, ca.SX(0.0), more)
     return Stepped(close("piece", Parameters(), raw, first, state, after, said))
 
 
@@ -130,16 +132,8 @@ def step_of(x=None, **values):
     def part(kind):
         return made(kind, **{one.name: ca.SX(1.0) * known[one.name] for one in fields(kind) if one.name in known})
 
-    return LoadStep(
-        motion=part(Motion),
-        torque=part(TorqueStep),
-        load=part(LoadEstimate),
-        z=None,
-        travel_by=(),
-        torque_by=(),
-        over_pressures=None,
-        pump_heat=None,
-    )
+    parts = {"motion": part(Motion), "torque": part(TorqueStep), "load": part(LoadEstimate)}
+    return LoadStep(**parts, z=None, travel_by=(), torque_by=(), over_pressures=None, pump_heat=None)
 
 
 def estimated(position, *, std=1e-3, relief=0.0, compliance=0.0, unseen=1e9, tolerance=0.0):

@@ -1,6 +1,5 @@
 """Whether a fault is over after three references, as the study judges it."""
 
-import importlib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,11 +17,9 @@ FAULT = Fault("offset", 5.0, 10.0, "motor_speed", 10.0)
 VISITS = np.array([3.0, 20.0, 30.0, 40.0])  # the first is before the fault
 
 
-@pytest.fixture(scope="module")
-def study():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(ROOT / "evaluation")
-        yield importlib.import_module("after_faults")
+@pytest.fixture
+def study(script):
+    return script("after_faults")
 
 
 def track(error=0.0, std=1e-3, status=Status.OK):

@@ -23,11 +23,6 @@ HEAVY = ["numpy", "casadi", "llvmlite", "xarray", "pint", "matplotlib", "scipy",
 
 
 @pytest.fixture(scope="module")
-def boom():
-    return ramsight.build("mining-loader", unit="boom")
-
-
-@pytest.fixture(scope="module")
 def run(boom):
     return ramsight.simulate(boom, load="441 kN", oil_temperature="40 degC", start="120 mm")
 

@@ -44,14 +44,8 @@ def bare():
 
     def make(unit):
         if unit not in cache:
-            cylinder = replace(
-                unit.cylinder,
-                coulomb_friction=0.0,
-                breakaway_friction=0.0,
-                viscous_friction=0.0,
-                stop_stiffness=0.0,
-                mass=1e-4 * unit.cylinder.mass,
-            )
+            none = dict.fromkeys(("coulomb_friction", "breakaway_friction", "viscous_friction", "stop_stiffness"), 0.0)
+            cylinder = replace(unit.cylinder, **none, mass=1e-4 * unit.cylinder.mass)
             drive = IdealDrive("drive", unit.drive.inertia)
             cache[unit] = casadi_model(replace(unit, cylinder=cylinder, drive=drive))
         return cache[unit]
@@ -216,27 +210,20 @@ def test_three_iterations_a_step_follow_the_plant_through_a_move(unit, bare, lif
 
 def integrated(plant, speed, until, z0, load, **how):
     """The plant under a speed over time, by an integrator that takes what it needs."""
-    p = plant.p(oil_temperature=WARM)
-    return solve_ivp(
-        lambda t, z: np.array(plant(z, [speed(t), load], 0.0, p)[0])[:, 0],
-        (0.0, until),
-        z0,
-        "Radau",
-        jac=lambda t, z: jacobian(plant, z, speed(t), load),
-        **how,
-    )
+    p, by = plant.p(oil_temperature=WARM), jacobian_of(plant)
+
+    def rates(t, z):
+        return np.array(plant(z, [speed(t), load], 0.0, p)[0])[:, 0]
+
+    jac = how | {"jac": lambda t, z: np.array(by(z, [speed(t), load], plant.p0))}
+    return solve_ivp(rates, (0.0, until), z0, "Radau", **jac)
 
 
-def jacobian(plant, z, speed, load):
-    key = id(plant)
-    if key not in _JACOBIANS:
-        x, u, p = ca.SX.sym("x", z.size), ca.SX.sym("u", 2), ca.SX.sym("p", plant.p0.size)
-        by = ca.jacobian(plant(x=x, u=u, slope=0.0, p=p)["dx"], x)
-        _JACOBIANS[key] = plant, ca.Function("jacobian", [x, u, p], [ca.densify(by)])
-    return np.array(_JACOBIANS[key][1](z, [speed, load], plant.p0))
-
-
-_JACOBIANS = {}
+@cache
+def jacobian_of(plant):
+    x, u, p = ca.SX.sym("x", len(plant.states)), ca.SX.sym("u", 2), ca.SX.sym("p", plant.p0.size)
+    by = ca.jacobian(plant(x=x, u=u, slope=0.0, p=p)["dx"], x)
+    return ca.Function("jacobian", [x, u, p], [ca.densify(by)])
 
 
 def linear_capacity(plant, z, change, node, **how):
@@ -418,12 +405,8 @@ def test_a_factor_alone_is_felt_by_the_position(smooth, k, differences):
         found = float(step.by_factor(k, np.zeros(z0.size), 0.0)[0])
 
         def other(by, z0=z0, speed=speed, load=load):
-            return {
-                "z0": z0,
-                "speed": speed,
-                "load": load,
-                "factors": [1.0 + (by if i == k else 0.0) for i in range(3)],
-            }
+            factors = [1.0 + (by if i == k else 0.0) for i in range(3)]
+            return {"z0": z0, "speed": speed, "load": load, "factors": factors}
 
         expected, _ = differences(smooth, z0, speed, load, other, 1e-4)
         pumped = 0.02 * max(abs(speed), 20.0) * smooth.travel_per_radian
@@ -519,36 +502,32 @@ def across(unit):
     return (pump.outlet, pump.inlet) if pump.outlet in nodes else (pump.inlet, pump.outlet)
 
 
+def each(kind, **changes):
+    """A unit whose parts of this kind, or with this attribute, have other values; functions of the part are called."""
+
+    def changed(part):
+        if not (hasattr(part, kind) if isinstance(kind, str) else isinstance(part, kind)):
+            return part
+        return replace(part, **{key: value(part) if callable(value) else value for key, value in changes.items()})
+
+    return lambda unit: unit.mapped(changed)
+
+
+def airy(unit, air=0.01):
+    return replace(unit, oil=replace(unit.oil, air=air, polytropic=1.4))
+
+
 OPTIONS = {
     "a loss table": lambda unit: unit.mapped(tabulated),
-    "leakage that grows like an orifice's": lambda unit: unit.mapped(
-        lambda part: replace(part, orifice_leak=2e-9) if isinstance(part, Pump) else part
-    ),
+    "leakage that grows like an orifice's": each(Pump, orifice_leak=2e-9),
     "viscosity under pressure": lambda unit: replace(unit, oil=replace(unit.oil, pressure_viscosity=1.8e-8)),
     "seals that leak": lambda unit: replace(unit, cylinder=replace(unit.cylinder, seal_leak=2e-18 * 32e-6 * 1e5)),
-    "closed valves that leak": lambda unit: unit.mapped(
-        lambda part: replace(part, closed_leak=1e-18) if hasattr(part, "closed_leak") else part
-    ),
-    "pilots that leak": lambda unit: unit.mapped(
-        lambda part: replace(part, pilot_flow=2e-5, pilot_opens=0.2) if isinstance(part, ReliefValve) else part
-    ),
-    "oil that pumps compress": lambda unit: unit.mapped(
-        lambda part: replace(part, compressed=0.02) if isinstance(part, Pump) else part
-    ),
-    "air that pumps draw": lambda unit: replace(
-        unit.mapped(lambda part: replace(part, compressed=0.02) if isinstance(part, Pump) else part),
-        oil=replace(unit.oil, air=0.01, polytropic=1.4),
-    ),
-    "belts that lose and creep": lambda unit: unit.mapped(
-        lambda part: replace(part, belt_loss=0.03, belt_creep=0.01) if isinstance(part, Pump) else part
-    ),
-    "pumps that starve": lambda unit: unit.mapped(
-        lambda part: (
-            replace(part, filling=0.4 * part.displacement * part.nominal_speed / math.sqrt(4e5))
-            if isinstance(part, Pump)
-            else part
-        )
-    ),
+    "closed valves that leak": each("closed_leak", closed_leak=1e-18),
+    "pilots that leak": each(ReliefValve, pilot_flow=2e-5, pilot_opens=0.2),
+    "oil that pumps compress": each(Pump, compressed=0.02),
+    "air that pumps draw": lambda unit: airy(each(Pump, compressed=0.02)(unit)),
+    "belts that lose and creep": each(Pump, belt_loss=0.03, belt_creep=0.01),
+    "pumps that starve": each(Pump, filling=lambda p: 0.4 * p.displacement * p.nominal_speed / math.sqrt(4e5)),
     "an orifice across the pump": lambda unit: with_part(unit, Orifice("short", *across(unit), 2e-9)),
     "a part of one's own": lambda unit: with_part(unit, Drain("drain", *across(unit), 2e-11)),
 }
@@ -595,10 +574,10 @@ def test_an_option_of_a_part_changes_the_balance_as_it_changes_the_plant(name, o
 
 
 def test_free_air_makes_the_oil_give_way_as_it_does_in_the_plant(unit, bare):
-    airy, checked = replace(unit, oil=replace(unit.oil, air=0.005, polytropic=1.4)), 0
-    plant = bare(airy)
+    with_air, checked = airy(unit, 0.005), 0
+    plant = bare(with_air)
     for z0, speed, load in moments(unit, seed=8):
-        found = converged(airy, z0, speed, load)
+        found = converged(with_air, z0, speed, load)
         if found is None:
             continue
         _, z = found
@@ -632,12 +611,16 @@ def test_every_unit_lifts_when_its_pump_fills_the_side_that_holds_the_load(unit)
     assert (z[0] - 0.5 * unit.cylinder.stroke) * unit.lift_sign > 0.0
 
 
+def held_up(unit, load=0.3):
+    """The balance with friction, its parameters, and a load that it carries at rest in mid-stroke."""
+    found, force = with_friction(unit), load * limits_of(unit).load
+    return found, found.parameters_at(list(found.values), WARM), force, found.at_rest(0.5 * unit.cylinder.stroke, force)
+
+
 def sliding(unit, lifts, load=0.3):
     """States and load of a steady move, friction in it."""
-    found, force = with_friction(unit), load * limits_of(unit).load
-    p = found.parameters_at(list(found.values), WARM)
+    found, p, force, z = held_up(unit, load)
     turns = lifts * unit.lift_sign * np.sign(unit.travel_per_radian) * 60.0
-    z = found.at_rest(0.5 * unit.cylinder.stroke, force)
     for _ in range(40):
         z[0] = 0.5 * unit.cylinder.stroke
         z = np.array(ca.DM(found.step(z, turns, turns, 0.0, force, p, 0.02, iterations=4).z))[:, 0]
@@ -674,10 +657,8 @@ def test_a_solution_that_has_settled_is_the_one_that_further_iterations_find(nam
 
 @pytest.mark.parametrize("name", UNITS)
 def test_a_piston_that_friction_lets_go_in_the_next_iteration_has_not_settled(name):
-    unit, limits = UNITS[name], limits_of(UNITS[name])
-    found, force, random = with_friction(unit), 0.3 * limits.load, np.random.default_rng(0)
-    z, p = found.at_rest(0.5 * unit.cylinder.stroke, force), found.parameters_at(list(found.values), WARM)
-    turned = []
+    unit, random, turned = UNITS[name], np.random.default_rng(0), []
+    found, p, force, z = held_up(unit)
     for _ in range(40):
         ways, shares = random.choice([-1.0, 1.0], 2), 10.0 ** random.uniform(-4.0, 0.0, 2)
         speed, load = ways[0] * shares[0] * unit.max_speed, force * (1.0 + 0.1 * ways[1] * shares[1])
@@ -695,10 +676,8 @@ def test_a_piston_that_friction_lets_go_in_the_next_iteration_has_not_settled(na
 @pytest.mark.parametrize("name", UNITS)
 def test_a_load_that_friction_holds_moves_nothing(name):
     unit = UNITS[name]
-    found, force = with_friction(unit), 0.3 * limits_of(unit).load
-    p = found.parameters_at(list(found.values), WARM)
+    found, p, force, z = held_up(unit)
     coulomb = unit.cylinder.coulomb_friction
-    z = found.at_rest(0.5 * unit.cylinder.stroke, force)
     moved = {}
     for share in (0.8, -0.8, 3.0, -3.0):
         load, factors = force + share * coulomb, (1e-6, 1.0, 1.0)  # leakage lets a load sink that the pump holds
@@ -712,9 +691,7 @@ def test_a_load_that_friction_holds_moves_nothing(name):
 @pytest.mark.parametrize("name", UNITS)
 def test_a_change_that_friction_cannot_hold_has_a_slope_of_its_own(name):
     unit = UNITS[name]
-    found, force = with_friction(unit), 0.3 * limits_of(unit).load
-    p = found.parameters_at(list(found.values), WARM)
-    z = found.at_rest(0.5 * unit.cylinder.stroke, force)
+    found, p, force, z = held_up(unit)
     tight = {"factors": (1e-6, 1.0, 1.0), "iterations": 4}
     step = found.step(z, 0.0, 0.0, 0.0, force, p, 0.02, **tight)
     assert abs(float(ca.DM(step.by_load()[0]))) < 1e-12
@@ -727,9 +704,7 @@ def test_a_change_that_friction_cannot_hold_has_a_slope_of_its_own(name):
 def test_a_load_that_has_settled_moves_the_piston_by_leakage_alone(name):
     """Two loads, each until its pressures have settled; then a step of each, the motor standing."""
     unit, h = UNITS[name], 0.02
-    found = with_friction(unit)
-    p = found.parameters_at(list(found.values), WARM)
-    load = 0.3 * limits_of(unit).load
+    found, p, load, _ = held_up(unit)
 
     def sinks(load):
         z = found.at_rest(0.5 * unit.cylinder.stroke, load)

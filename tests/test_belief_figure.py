@@ -32,12 +32,9 @@ def found(tracer):
 
 def test_it_shows_what_was_known_at_first_at_each_end_between_them_and_at_last(found):
     assert [one.why for one in found] == [
-        "at first",
-        "after the extended end was met",
-        "on the way from the extended end",
-        "after the retracted end was met",
-        "at the end of the log",
-    ]
+        "at first", "after the extended end was met", "on the way from the extended end",
+        "after the retracted end was met", "at the end of the log",
+    ]  # fmt: skip
     first, met, *_, last = found
     assert first.status == Status.NOT_REFERENCED
     assert np.isnan(first.position)

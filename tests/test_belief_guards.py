@@ -115,12 +115,10 @@ def test_a_way_that_is_as_unsure_as_it_is_long_refutes_no_place(std, share):
 @pytest.mark.parametrize(
     ("size", "width", "after"),
     [
-        (1.9, 2.0, 2.0 * math.exp(-BAND_STEP * OUTSIDE)),
-        (4.1, 2.0, 2.0 * math.exp(BAND_STEP * (1.0 - OUTSIDE))),
-        (3.8, 2.0, 2.0 * math.exp(-BAND_STEP * OUTSIDE)),
-        (0.0, 1.0, 1.0),
+        (1.9, 2.0, 2.0 * math.exp(-BAND_STEP * OUTSIDE)), (4.1, 2.0, 2.0 * math.exp(BAND_STEP * (1.0 - OUTSIDE))),
+        (3.8, 2.0, 2.0 * math.exp(-BAND_STEP * OUTSIDE)), (0.0, 1.0, 1.0),
     ],
-)
+)  # fmt: skip
 def test_a_band_widens_by_a_miss_as_much_as_nineteen_hits_narrow_it(size, width, after):
     found = bank(band_width=width)._widened(scalar(size), ca.SX(1.0), ca.SX(1.0))
     assert value(found) == pytest.approx(after)

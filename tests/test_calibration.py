@@ -5,19 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ramsight import machine
 from ramsight.calibration.cached import cache_file, calibrated
 from ramsight.calibration.movement import LOADS, TEMPERATURES, _on_common_grid, calibrate, sweep, tabulate
 from ramsight.calibration.sensor_file import table_hash
-from ramsight.plant.ddh import build_ddh
 
 FEW = {"temperatures": np.array([303.15, 313.15]), "loads": 8}
-
-
-@pytest.fixture(scope="module")
-def units():
-    loader = machine.load_machine("mining-loader")
-    return {name: build_ddh(name, loader.unit(name)) for name in loader.units}
 
 
 @pytest.fixture(scope="module")
@@ -90,13 +82,9 @@ def test_whatever_a_table_depends_on_names_its_cache(units):
     boom = units["boom"]
     worn = replace(boom, a=replace(boom.a, pump=replace(boom.a.pump, leak_factor=1.1)))
     files = [
-        cache_file(boom),
-        cache_file(worn),
-        cache_file(units["bucket"]),
-        cache_file(boom, motor_speed=100.0),
-        cache_file(boom, loads=50),
-        cache_file(boom, temperatures=np.array([300.0, 310.0])),
-    ]
+        cache_file(boom), cache_file(worn), cache_file(units["bucket"]), cache_file(boom, motor_speed=100.0),
+        cache_file(boom, loads=50), cache_file(boom, temperatures=np.array([300.0, 310.0])),
+    ]  # fmt: skip
     assert len(set(files)) == len(files)
     assert cache_file(replace(boom)) == files[0]
 

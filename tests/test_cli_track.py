@@ -101,15 +101,9 @@ def test_track_finds_the_simulated_rod(simulated, tmp_path):
     with open(tmp_path / "track.csv", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert list(rows[0]) == [
-        "time_s",
-        "position_m",
-        "position_std_m",
-        "status",
-        "position_low_m",
-        "position_high_m",
-        "position_bound_m",
+        "time_s", "position_m", "position_std_m", "status", "position_low_m", "position_high_m", "position_bound_m",
         "referenced_since_power_up",
-    ]
+    ]  # fmt: skip
     assert len(rows) == 1001
     for row in rows[::100]:
         low, position, high = (float(row[f"position{end}_m"]) for end in ("_low", "", "_high"))
@@ -146,14 +140,11 @@ GOOD = ["track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 m
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({4: "boon"}, ["unknown unit 'boon'", "boom", "bucket"]),
-        ({6: "900 mm"}, ["--start", "900 mm", "700 mm"]),
-        ({6: "100"}, ["--start", "a unit is missing"]),
-        ({6: "100 bar"}, ["--start", "length"]),
-        ({1: "no-such-machine"}, ["no-such-machine"]),
-        ({2: "no-such-log.csv"}, ["no-such-log.csv"]),
+        ({4: "boon"}, ["unknown unit 'boon'", "boom", "bucket"]), ({6: "900 mm"}, ["--start", "900 mm", "700 mm"]),
+        ({6: "100"}, ["--start", "a unit is missing"]), ({6: "100 bar"}, ["--start", "length"]),
+        ({1: "no-such-machine"}, ["no-such-machine"]), ({2: "no-such-log.csv"}, ["no-such-log.csv"]),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_word_on_the_command_line_gets_one_line(tmp_path, change, words):
     (tmp_path / "log.csv").write_text(HEADER + "0,0,0,40\n0.02,0,0,40\n")
     arguments = [change.get(k, word) for k, word in enumerate(GOOD)]

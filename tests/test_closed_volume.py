@@ -16,7 +16,6 @@ from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.logs import read_log
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
-from ramsight.plant.ddh import build_ddh
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.belief.closed_volume import (
     _INNOVATION,
@@ -37,11 +36,6 @@ from ramsight.sensor.thresholds import EFFICIENCY_STD, EVENT_COUNTS, EVENT_MOVIN
 from ramsight.units import RPM
 
 TRACES = Path(__file__).parent / "traces"
-
-
-@pytest.fixture(scope="module")
-def unit():
-    return build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
 
 
 def summed(rows, innovations):
@@ -89,20 +83,20 @@ def test_what_all_events_share_is_in_each_of_them():
 
 
 @pytest.mark.parametrize("leak", [0.8, 1.25])
-def test_a_machine_that_leaks_otherwise_shows_it_without_a_reference(unit, leak):
-    built = AsBuilt(leak=leak).apply(unit)
+def test_a_machine_that_leaks_otherwise_shows_it_without_a_reference(boom, leak):
+    built = AsBuilt(leak=leak).apply(boom)
     run = simulate(built, lift_lower(built, 350e3, 313.15, cycles=8))
-    sensor = kalman(unit)
+    sensor = kalman(boom)
     sensor.start(float(run["position"][0]))
     track = sensor.track(report(run, DriveReport(seed=1)))
     factor, std = float(track["leak_factor"][-1]), float(track["leak_factor_std"][-1])
     assert factor == pytest.approx(leak, abs=2.0 * std)
-    assert std < 0.6 * unit.assumptions.machine.leak
+    assert std < 0.6 * boom.assumptions.machine.leak
     assert float(track["compliance_factor"][-1]) == pytest.approx(1.0, abs=0.15)
 
 
 @pytest.mark.parametrize(("release", "most"), [(0.05, 3.5), (0.1, 2.0), (0.3, 2.0)])
-def test_a_drive_that_releases_its_torque_is_no_leak(unit, trace, release, most):
+def test_a_drive_that_releases_its_torque_is_no_leak(boom, trace, release, most):
     """The reported torque sinks at standstill by a time constant of the drive's own [s]."""
     case = trace("boom_441kN_40C_x20")
     log = read_log(case.log).copy(deep=True)
@@ -113,7 +107,7 @@ def test_a_drive_that_releases_its_torque_is_no_leak(unit, trace, release, most)
         begun = begun if stands[k] and k and stands[k - 1] else time[k]
         torque[k] *= np.exp(-(time[k] - begun) / release) if stands[k] else 1.0
     log["motor_torque"] = ("time", torque, log["motor_torque"].attrs)
-    sensor = kalman(unit)
+    sensor = kalman(boom)
     sensor.start(None)
     track = sensor.track(log)
     for second in (30.0, 60.0, 120.0):
@@ -122,10 +116,10 @@ def test_a_drive_that_releases_its_torque_is_no_leak(unit, trace, release, most)
         assert off < most * float(track["leak_factor_std"][k])
 
 
-def test_a_valve_that_opens_early_is_no_soft_oil(unit):
+def test_a_valve_that_opens_early_is_no_soft_oil(boom):
     """A load that became lighter at rest: the torque stays behind from where its valve opens."""
     log = TRACES / "person" / "person_boom_datasheet.csv.gz"
-    sensor = kalman(unit)
+    sensor = kalman(boom)
     sensor.start(None)
     track = sensor.track(read_log(log))
     k = int(np.searchsorted(track["time"].values, 30.0))
@@ -181,10 +175,9 @@ def test_what_all_events_share_refutes_no_hypothesis():
     assert evidence(0.1, 0.0, std=0.01) < evidence(0.1, 0.0, std=0.01, common=0.1) + 1.0
 
 
-def test_stops_and_starts_tell_a_wrong_start_from_a_machine_that_leaks_more():
+def test_stops_and_starts_tell_a_wrong_start_from_a_machine_that_leaks_more(boom):
     """Entered 30 mm too high, the first contact is explained by leakage, and leakage is what the motor's stops tell."""
-    unit = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
-    sensor = kalman(unit, unit.assumptions.replace({"stops.undeclared": 1e-4}))
+    sensor = kalman(boom, boom.assumptions.replace({"stops.undeclared": 1e-4}))
     log = read_log(TRACES / "unknown" / "boom_nominal.csv.gz").sel(time=slice(0.0, 268.0))
     sensor.start(0.13)
     track = sensor.track(log)

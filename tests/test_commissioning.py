@@ -26,13 +26,9 @@ from ramsight.study.commissioning.finding import Finding, Verdict
 from ramsight.study.commissioning.walk import Commissioning
 
 from .command import as_command, at_once
+from .log_bench import own_names
 
 AS_BUILT = ramsight.AsBuilt(leak=1.15, displacement=0.998, stiffness=0.9, friction=1.2)
-
-
-@pytest.fixture(scope="module")
-def boom():
-    return ramsight.build("mining-loader", "boom")
 
 
 @pytest.fixture(scope="module")
@@ -87,10 +83,8 @@ def test_a_log_without_leak_test_and_stops_is_not_enough(boom):
     done = ramsight.commission(boom, ramsight.drive_report(run))
     found = verdicts(done)
     assert (found["leak test"], found["end stops"], found["sensor"]) == (
-        Verdict.LOOK_TWICE,
-        Verdict.FAILED,
-        Verdict.FAILED,
-    )
+        Verdict.LOOK_TWICE, Verdict.FAILED, Verdict.FAILED,
+    )  # fmt: skip
     assert done.verdict is Verdict.FAILED
     assert "ramsight simulate --duty leak-test" in done.text
 
@@ -378,17 +372,8 @@ def test_a_true_position_in_another_unit_is_refused_with_a_hint(boom, rehearsed)
 def test_the_measured_position_that_a_map_names_is_the_truth(boom, tmp_path):
     run = ramsight.simulate(boom, lift_lower(boom, [129e3, 441e3], 313.15))
     log = ramsight.drive_report(run)
-    rows = ["t,n,M,T,x"]
-    columns = [log["time"].values, log["motor_speed"].values, log["motor_torque"].values]
-    columns += [log["oil_temperature"].values - 273.15, 1e3 * run["position"].values]
-    rows += [",".join(f"{value:.6f}" for value in row) for row in np.column_stack(columns)]
-    (tmp_path / "own.csv").write_text("\n".join(rows) + "\n")
-    (tmp_path / "map.toml").write_text(
-        'time = { channel = "t", unit = "s" }\nspeed = { channel = "n", unit = "rad/s" }\n'
-        'torque = { channel = "M", unit = "N m" }\ntemperature = { channel = "T", unit = "degC" }\n'
-        '[measured]\nposition = { channel = "x", unit = "mm" }\n'
-    )
-    done = ramsight.commission(boom, tmp_path / "own.csv", channel_map=tmp_path / "map.toml")
+    file, channel_map = own_names(log, tmp_path, run["position"])
+    done = ramsight.commission(boom, file, channel_map=channel_map)
     assert "truth" in verdicts(done)
     assert done.identification is not None
 

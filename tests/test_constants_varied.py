@@ -1,6 +1,5 @@
 """The study that varies each constant of the sensor: what it changes, what it sums up, and what the page has of it."""
 
-import importlib
 import json
 import subprocess
 import sys
@@ -15,11 +14,9 @@ ROOT = Path(__file__).parents[1]
 HELD = {"p95": 1e-3, "coverage": 0.97, "wrong_and_ok": 0.0, "ok": 0.5, "beyond_bound": 0.0}
 
 
-@pytest.fixture(scope="module")
-def script():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(ROOT / "evaluation")
-        yield importlib.import_module("constants_varied")
+@pytest.fixture
+def script(script):
+    return script("constants_varied")
 
 
 def test_it_knows_every_constant(script):

@@ -29,15 +29,17 @@ def watched(name, run, log):
 
 
 @lru_cache
-def into_a_stop(name, end, share=0.3, back=2.0):
-    """Into a stop, pressed for a while, and back: the run and its log."""
+def into_a_stop(name, end, share=0.3, back=2.0, stiffness=1.0):
+    """Into a stop, pressed for a while, and back, which may be left out: the run and its log."""
     unit = UNITS[name]
     lifts = 1.0 if end == "up" else -1.0
     start = lowered(unit, (0.85 if end == "up" else 0.15) * unit.cylinder.stroke)
     way = 0.18 * unit.cylinder.stroke / (0.25 * unit.max_speed * unit.travel_per_radian)
     corners = [(0.0, 0.0), (1.0, 0.0), (1.4, 0.25), (1.8 + way, 0.25), (2.2 + way, 0.0), (3.0 + way, 0.0)]
-    corners += [(3.4 + way, -0.25), (3.4 + way + back, -0.25), (3.8 + way + back, 0.0)]
-    return moves(unit, [(t, lifts * v) for t, v in corners], share * limits_of(unit).load, start)
+    if back:
+        corners += [(3.4 + way, -0.25), (3.4 + way + back, -0.25), (3.8 + way + back, 0.0)]
+    load = share * limits_of(unit).load
+    return moves(AsBuilt(stiffness=stiffness).apply(unit), [(t, lifts * v) for t, v in corners], load, start)
 
 
 def stands_from(run, unit):
@@ -342,12 +344,7 @@ def test_a_stop_that_a_piston_sinks_onto_holds_it_and_says_nothing_of_its_place(
 def test_a_machine_that_gives_half_as_much_again_finds_its_ends_unless_that_is_thought_impossible(end):
     """The bucket at a stiffness of two thirds: on its end it seems to go on by a third of what is delivered."""
     unit = UNITS["mining-loader bucket"]
-    lifts = 1.0 if end == "up" else -1.0
-    start = lowered(unit, (0.85 if end == "up" else 0.15) * unit.cylinder.stroke)
-    way = 0.18 * unit.cylinder.stroke / (0.25 * unit.max_speed * unit.travel_per_radian)
-    corners = [(0.0, 0.0), (1.0, 0.0), (1.4, 0.25), (1.8 + way, 0.25), (2.2 + way, 0.0), (3.0 + way, 0.0)]
-    soft = AsBuilt(stiffness=0.66).apply(unit)
-    run, log = moves(soft, [(t, lifts * v) for t, v in corners], 0.3 * limits_of(unit).load, start)
+    run, log = into_a_stop("mining-loader bucket", end, back=None, stiffness=0.66)
     delays = {}
     for compliance in (0.0, 0.25):
         observer = load_observer(unit, watches=True, compliance=compliance)

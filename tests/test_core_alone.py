@@ -62,19 +62,8 @@ NEEDED = {
         ("identify", "mining-loader", str(DAY), "--truth", str(TRUTH), "--unit", "boom"),
         ("commission", "mining-loader", str(DAY), "--unit", "boom"),
         (
-            "compare",
-            "mining-loader",
-            str(DAY),
-            "--unit",
-            "boom",
-            "--dc",
-            "90 %",
-            "--false-alarms",
-            "1e-5/h",
-            "--other-std",
-            "1 mm",
-            "--drift",
-            "5 mm",
+            "compare", "mining-loader", str(DAY), "--unit", "boom", "--dc", "90 %", "--false-alarms", "1e-5/h",
+            "--other-std", "1 mm", "--drift", "5 mm",
         ),
     ],
     "identify,figures": [("commission", "mining-loader", str(DAY), "--unit", "boom", "--out", "report.html")],
@@ -90,7 +79,7 @@ NEEDED = {
     ],
     "study": [("datasheet", *BOOM, "--out", "sheet")],
     "studio": [("studio", "--no-show")],
-}
+}  # fmt: skip
 MEASURED_MAP = """
 time = {channel = "t", unit = "s"}
 speed = {channel = "n", unit = "rpm"}

@@ -91,10 +91,8 @@ def test_the_plain_form_would_not():
 
 @pytest.mark.slow
 @pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
-def test_exported_c_of_floats_keeps_every_covariance_under_hostile_samples(tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend("fuzz")
-    import covariance
-
+def test_exported_c_of_floats_keeps_every_covariance_under_hostile_samples(tmp_path, script, monkeypatch):
+    covariance = script("covariance", "fuzz")
     monkeypatch.setattr(covariance, "MARGIN", {"float": covariance.MARGIN["float"]})  # doubles are in make fuzz
     prepared = covariance.prepare(tmp_path, optimised=False)
     for seed in (2, 4):  # the plain form fails in them

@@ -100,12 +100,9 @@ def test_a_drive_reports_what_it_was_drawn_as():
     unit = machine.load_machine("mining-loader").unit("boom")
     sheet = ready(build(unit, "boom"))
     drawn = {
-        "torque_gain": 1.02,
-        "torque_offset": 0.01,
-        "torque_delay": 0.1,
-        "torque_noise": 0.0,
+        "torque_gain": 1.02, "torque_offset": 0.01, "torque_delay": 0.1, "torque_noise": 0.0,
         "thermometer_offset": 2.0,
-    }
+    }  # fmt: skip
     made = draw(unit, "boom", sheet, {**drawn, "thermometer_lag": 50.0})
     time = 0.02 * np.arange(6000)
     torque, oil = np.sin(time), 300.0 + 0.05 * time
@@ -497,12 +494,10 @@ def test_the_verb_writes_a_page_its_numbers_and_what_was_assumed(tmp_path, monke
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (["--vary", "leakage"], "--vary = 'leakage'"),
-        (["--budget", "3"], "--budget = 3: is no power of two"),
-        (["--log", "a.csv"], "needs one --truth"),
-        (["--machines", "1", "--duration", "1 s"], "--duration"),
+        (["--vary", "leakage"], "--vary = 'leakage'"), (["--budget", "3"], "--budget = 3: is no power of two"),
+        (["--log", "a.csv"], "needs one --truth"), (["--machines", "1", "--duration", "1 s"], "--duration"),
     ],
-)
+)  # fmt: skip
 def test_the_verb_names_its_options(more, words, tmp_path):
     done = CliRunner().invoke(
         app, ["datasheet", "mining-loader", "--unit", "boom", "--out", str(tmp_path / "o"), *more]

@@ -47,15 +47,10 @@ NOISE = STD * np.random.default_rng(3).standard_normal(60)
 @pytest.mark.parametrize(
     ("kind", "wrong"),
     [
-        ("gain", 1.3 * MOVES),
-        ("gain", 0.6 * MOVES),
-        ("offset", MOVES + 10.0),
-        ("offset", MOVES - 40.0),
-        ("sign", -MOVES),
-        ("stuck", np.full(60, 77.0)),
-        ("other", 300.0 * np.cos(1.7 * np.arange(60))),
+        ("gain", 1.3 * MOVES), ("gain", 0.6 * MOVES), ("offset", MOVES + 10.0), ("offset", MOVES - 40.0),
+        ("sign", -MOVES), ("stuck", np.full(60, 77.0)), ("other", 300.0 * np.cos(1.7 * np.arange(60))),
     ],
-)
+)  # fmt: skip
 def test_each_kind_is_found_on_data_made_for_it(kind, wrong):
     noise = 0.0 if kind == "stuck" else NOISE
     found = chances(wrong + noise, MOVES)

@@ -24,15 +24,9 @@ BESIDE = [
 ]
 MODULES = ["ramsight", *BELOW, *(name for name in BESIDE if not name.endswith("__main__"))]
 LONG = (
-    "film.",
-    "reproduction.",
-    "ramsight.control.",
-    "ramsight.closed_loop.",
-    "ramsight.api.",
-    "ramsight.deploy.",
-    "ramsight.calibration.",
-    "ramsight.study.",
-)
+    "film.", "reproduction.", "ramsight.control.", "ramsight.closed_loop.", "ramsight.api.", "ramsight.deploy.",
+    "ramsight.calibration.", "ramsight.study.",
+)  # fmt: skip
 """Rooms whose examples make sensors and let machines work."""
 
 
@@ -122,17 +116,6 @@ def text_of(*pages):
 
 def found_in(result):
     return json.loads((ROOT / "results" / f"{result}.json").read_text(encoding="utf-8"))
-
-
-@pytest.fixture
-def script(monkeypatch):
-    """Imports a script of a folder beside the package."""
-
-    def imported(name, folder="evaluation"):
-        monkeypatch.syspath_prepend(ROOT / folder)
-        return importlib.import_module(name)
-
-    return imported
 
 
 def marked_block(name, rows):

@@ -1,20 +1,15 @@
 """The site is built again where anything of the project has changed, and only there."""
 
-import importlib.util
 import subprocess
 from pathlib import Path
 
 import pytest
 
-FILE = Path(__file__).parents[1] / "docs" / "built.py"
-
 
 @pytest.fixture
-def built(tmp_path, monkeypatch):
+def built(tmp_path, monkeypatch, script):
     """Whether a project's site is as its files are."""
-    spec = importlib.util.spec_from_file_location("built", FILE)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = script("built", "docs")
     subprocess.run(["git", "init", "-q", tmp_path], check=True)
     (tmp_path / ".gitignore").write_text("build/\n")
     (tmp_path / "page.md").write_text("a page\n")

@@ -27,17 +27,13 @@ PAGES = ["README.md", *(page for page in IN_FOLDERS if not page.startswith(APART
 OF_THE_SYSTEM = {"make", "python3", "source", "pip", "ip", "chrt", "cc", "cat", "cd"}
 """Commands that are not ramsight's; of `chrt` and its like what they start is looked at all the same."""
 ONLY_PARSED = {
-    "encoder": "needs a bus",
-    "studio": "serves until it is interrupted",
-    "datasheet": "has a test of its own",
-}
+    "encoder": "needs a bus", "studio": "serves until it is interrupted", "datasheet": "has a test of its own",
+}  # fmt: skip
 ASKS_FOR = {
-    "log.csv.gz": "boom_asbuilt1_leaktest.csv.gz",
-    "position.csv": "boom_asbuilt1_leaktest_truth.csv.gz",
-    "truth.csv.gz": "boom_441kN_40C_truth.csv.gz",
-    "day.csv.gz": "boom_asbuilt1_workday.csv.gz",
+    "log.csv.gz": "boom_asbuilt1_leaktest.csv.gz", "position.csv": "boom_asbuilt1_leaktest_truth.csv.gz",
+    "truth.csv.gz": "boom_441kN_40C_truth.csv.gz", "day.csv.gz": "boom_asbuilt1_workday.csv.gz",
     "another-day.csv.gz": "boom_441kN_40C.csv.gz",
-}
+}  # fmt: skip
 """Files that a page takes for granted: the reader's own."""
 MAKES_ITS_MACHINE = ("docs/reference/commands.md",)
 OF_DAYS = {"docs/how-to/identify.md": {"position.csv": "boom_asbuilt1_workday_truth.csv.gz"}}

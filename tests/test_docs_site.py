@@ -1,6 +1,5 @@
 """docs/check.py sees pages without a title, Markdown that was not rendered, and links to nowhere."""
 
-import importlib.util
 import shutil
 from pathlib import Path
 
@@ -9,12 +8,9 @@ import pytest
 ROOT = Path(__file__).parent.parent
 
 
-@pytest.fixture(scope="module")
-def check():
-    spec = importlib.util.spec_from_file_location("check", ROOT / "docs" / "check.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+@pytest.fixture
+def check(script):
+    return script("check", "docs")
 
 
 def page(title="Logs", body="<p>text</p>"):

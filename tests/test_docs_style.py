@@ -1,6 +1,5 @@
 """The style of pages: improved sentences stay improved, and what a stranger reads first has short sentences."""
 
-import importlib.util
 import re
 import statistics
 from pathlib import Path
@@ -30,12 +29,9 @@ NO_SUMMARY = ("docs/changelog.md", "docs/api/")
 """What is the file itself of the repository, or docstrings."""
 
 
-@pytest.fixture(scope="module")
-def counting():
-    spec = importlib.util.spec_from_file_location("sentences", ROOT / "docs" / "sentences.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+@pytest.fixture
+def counting(script):
+    return script("sentences", "docs")
 
 
 def spaced(text):

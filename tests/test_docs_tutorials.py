@@ -34,10 +34,8 @@ def typed(tmp_path):
     kept = {name: value for name, value in os.environ.items() if name != "COLUMNS"}
     sources = os.pathsep.join([str(ROOT / "src"), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment = kept | {
-        "PATH": f"{there}{os.pathsep}{os.environ['PATH']}",
-        "PYTHONPATH": sources,
-        "MPLBACKEND": "Agg",
-    }
+        "PATH": f"{there}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": sources, "MPLBACKEND": "Agg",
+    }  # fmt: skip
 
     def run(text):
         done = subprocess.run(

@@ -1,6 +1,5 @@
 """Drawings of circuits: what is joined is drawn joined, nothing is drawn over anything, and every part is there."""
 
-import importlib
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from itertools import combinations
@@ -252,10 +251,9 @@ def test_port_reliefs_of_the_direct_driven_unit_stand_beside_the_others(tmp_path
     assert drawn_over(sheet) == []
 
 
-def test_the_pages_pictures_are_what_is_drawn_today(monkeypatch):
+def test_the_pages_pictures_are_what_is_drawn_today(script):
     root = Path(__file__).parent.parent
-    monkeypatch.syspath_prepend(root / "evaluation")
-    pictures = importlib.import_module("drawings")
+    pictures = script("drawings")
     page = (root / "docs" / "reference" / "circuits.md").read_text(encoding="utf-8")
     assert list(pictures.units()) == UNITS
     for name, unit in UNITS:

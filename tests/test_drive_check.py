@@ -23,9 +23,7 @@ from ramsight.duty.faults import Fault, inject
 from ramsight.duty.work_day import work_day
 from ramsight.engine.typed_state import column, leaf, symbols
 from ramsight.errors import DescriptionError
-from ramsight.logs import read_log, write_log
-from ramsight.logs.channel_map import load_map
-from ramsight.logs.mapped import ChannelMap, Mapped, Pdo
+from ramsight.logs import read_log
 from ramsight.output import write_table
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
@@ -49,6 +47,8 @@ from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import MEMORY_TIME
 from ramsight.sensor.virtual_sensor import Report, close
 
+from .encoder_bus import bus_map
+from .log_bench import roles, written
 from .sensor_bench import Fed, Stepped
 
 SHAFT, POWER = {"shaft.std": math.radians(0.05)}, {"power.std": 0.005}
@@ -353,28 +353,6 @@ def test_after_a_night_the_drive_is_no_less_known_than_a_new_one(day, sensors):
     assert (np.linalg.eigvalsh(values) > -1e-12).all()
 
 
-def test_logs_keep_counter_and_power(tmp_path, day):
-    log = day[1].isel(time=slice(0, 300))
-    for name in ("log.csv", "log.parquet"):
-        write_log(log, tmp_path / name)
-        back = read_log(tmp_path / name)
-        assert np.allclose(back["shaft_angle"], log["shaft_angle"], atol=1e-9)
-        assert np.allclose(back["dc_power"], log["dc_power"], atol=1e-6)
-
-
-def test_a_map_names_counter_and_power(tmp_path):
-    rows = "".join(f"{0.02 * k:.2f},1500,12.5,40,{900 + 2 * k},{2.5}\n" for k in range(100))
-    (tmp_path / "log.csv").write_text(f"t,n,M,T,phi,P\n{rows}")
-    (tmp_path / "map.toml").write_text(
-        'time = {channel = "t", unit = "s"}\nspeed = {channel = "n", unit = "rpm"}\n'
-        'torque = {channel = "M", unit = "N m"}\ntemperature = {channel = "T", unit = "degC"}\n'
-        'shaft_angle = {channel = "phi", unit = "deg"}\ndc_power = {channel = "P", unit = "kW"}\n'
-    )
-    log = read_log(tmp_path / "log.csv", tmp_path / "map.toml")
-    assert float(log["shaft_angle"][10]) == pytest.approx(math.radians(920.0))
-    assert float(log["dc_power"][10]) == pytest.approx(2500.0)
-
-
 def test_a_drive_report_has_what_the_unit_declares():
     run = ramsight.simulate(BOOM, load="200 kN")
     log = ramsight.drive_report(run, BOOM, seed=4)
@@ -383,18 +361,10 @@ def test_a_drive_report_has_what_the_unit_declares():
     assert ramsight.track(BOOM, log, truth=run, start=at_start).attrs["error_largest"] < 5e-3
 
 
-def test_an_encoder_hears_the_counter_beside_the_speed():
+def test_an_encoder_hears_the_counter_beside_the_speed(tmp_path):
     objects = {0x185: ("606Ch", "6077h"), 0x285: ("6064h",)}
-    known = ChannelMap(
-        roles={
-            "speed": Mapped("606Ch", "rpm"),
-            "torque": Mapped("6077h", "permille", rated=35.0),
-            "temperature": Mapped("", "degC", constant=313.15),
-        },
-        further={"shaft_angle": Mapped("6064h", "rad", scale=2.0 * math.pi / 4096)},
-        pdos=tuple(Pdo(cob_id, names) for cob_id, names in objects.items()),
-    )
-    listener = Listener(known)
+    angle = f'shaft_angle = {{channel = "6064h", unit = "rad", scale = {2.0 * math.pi / 4096}}}\n'
+    listener = Listener(bus_map(tmp_path, *((key, *names) for key, names in objects.items()), more=angle))
     assert listener.identifiers == {0x185, 0x285}
     listener.take(Frame(0x285, struct.pack("<i", -8192), 1.0), 1.0, 1.0)
     assert listener.sample(1.0) is None, "a counter alone is no sample"
@@ -429,34 +399,21 @@ def test_voltage_and_current_of_the_link_are_its_power(tmp_path, day):
     write_table(columns, tmp_path / "log.parquet")
     assert np.allclose(read_log(tmp_path / "log.parquet")["dc_power"], log["dc_power"])
     assert np.all(read_log(tmp_path / "log.parquet")["dc_voltage"] == 96.0), "two drives have it in common"
-    text = 'time = {channel = "time_s", unit = "s"}\nspeed = {channel = "motor_speed_rpm", unit = "rpm"}\n'
-    text += 'torque = {channel = "motor_torque_nm", unit = "N m"}\ntemperature = {constant = "40 degC"}\n'
+    text = roles("motor_speed_rpm", "motor_torque_nm", time="time_s")
     voltage = 'dc_voltage = {channel = "dc_voltage_v", unit = "V"}\n'
     current = 'dc_current = {channel = "dc_current_a", unit = "A", sign = -1}\n'
-    (tmp_path / "map.toml").write_text(text + voltage + current)
-    assert np.allclose(read_log(tmp_path / "log.parquet", tmp_path / "map.toml")["dc_power"], -log["dc_power"])
+    both = written(tmp_path, text + voltage + current)
+    assert np.allclose(read_log(tmp_path / "log.parquet", both)["dc_power"], -log["dc_power"])
     for wrong in (voltage, current, voltage + current + 'dc_power = {channel = "dc_current_a", unit = "W"}\n'):
-        (tmp_path / "map.toml").write_text(text + wrong)
         with pytest.raises(DescriptionError, match="dc_"):
-            read_log(tmp_path / "log.parquet", tmp_path / "map.toml")
+            read_log(tmp_path / "log.parquet", written(tmp_path, text + wrong))
 
 
 def test_the_encoder_multiplies_two_objects(tmp_path):
-    text = """
-speed = {channel = "606Ch", unit = "1/min"}
-torque = {channel = "4602h:0Ch"}
-temperature = {constant = "40 degC"}
-dc_voltage = {channel = "6079h", hold = "200 ms"}
-dc_current = {channel = "6078h", rated = "300 A"}
-[[can.pdo]]
-cob_id = 0x185
-objects = ["606Ch", "4602h:0Ch"]
-[[can.pdo]]
-cob_id = 0x285
-objects = ["6079h", "6078h"]
-"""
-    (tmp_path / "map.toml").write_text(text)
-    listener = Listener(load_map(tmp_path / "map.toml"))
+    voltage = 'dc_voltage = {channel = "6079h", hold = "200 ms"}\n'
+    current = 'dc_current = {channel = "6078h", rated = "300 A"}\n'
+    frames = ((0x185, "606Ch", "4602h:0Ch"), (0x285, "6079h", "6078h"))
+    listener = Listener(bus_map(tmp_path, *frames, torque='channel = "4602h:0Ch"', more=voltage + current))
     assert listener.take(Frame(0x285, struct.pack("<Ih", 96_000, 250)), 0.0, 0.0)
     said = []
     for k in range(2):

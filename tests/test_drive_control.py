@@ -1,6 +1,5 @@
 """The study of drives that are not perfect: machines move, faults stop them, and its tables say what it found."""
 
-import importlib
 import math
 from pathlib import Path
 
@@ -16,9 +15,8 @@ HARD = "all but the torque"
 
 
 @pytest.fixture
-def study(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "evaluation")
-    return importlib.import_module("drive_control")
+def study(script):
+    return script("drive_control")
 
 
 @pytest.fixture
@@ -155,9 +153,9 @@ def test_tables_say_what_was_found(study):
     assert math.isclose(study.Drive().latency, 0.0)
 
 
-def test_the_loaders_targets_count_together_and_in_groups(study, monkeypatch):
+def test_the_loaders_targets_count_together_and_in_groups(study, script, monkeypatch):
     """Targets and noise go by the seed, whatever the drive."""
-    asked, of = [], importlib.import_module("loader_control").Arrival
+    asked, of = [], script("loader_control").Arrival
 
     def arrivals(*_, seed, drive, **__):
         asked.append((seed, drive))

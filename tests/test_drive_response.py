@@ -85,14 +85,11 @@ def test_a_delay_moves_what_is_straight(delay):
 @pytest.mark.parametrize(
     ("wrong", "named"),
     [
-        ({"command_delay": -0.1}, "command_delay"),
-        ({"report_delay": np.nan}, "report_delay"),
-        ({"bandwidth": 0.0}, "bandwidth"),
-        ({"acceleration": -1.0}, "acceleration"),
-        ({"order": 3}, "order"),
+        ({"command_delay": -0.1}, "command_delay"), ({"report_delay": np.nan}, "report_delay"),
+        ({"bandwidth": 0.0}, "bandwidth"), ({"acceleration": -1.0}, "acceleration"), ({"order": 3}, "order"),
         ({"lost": 1.0}, "lost"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_is_refused_by_name(wrong, named):
     with pytest.raises(DescriptionError, match=named):
         DriveResponse(**wrong)

@@ -201,12 +201,10 @@ def test_a_relief_valve_with_hysteresis_stays_open_until_the_pressure_has_fallen
 # End cushions ------------------------------------------------------------------------------------------------------
 
 CUSHIONS = {
-    "cylinder.cushion_length_a": "25 mm",
-    "cylinder.cushion_length_b": "25 mm",
-    "cylinder.cushion_plunger_a": "60 mm",
-    "cylinder.cushion_plunger_b": "95 mm",
+    "cylinder.cushion_length_a": "25 mm", "cylinder.cushion_length_b": "25 mm",
+    "cylinder.cushion_plunger_a": "60 mm", "cylinder.cushion_plunger_b": "95 mm",
     "cylinder.cushion_flow": "3 l/min",
-}
+}  # fmt: skip
 
 
 def to_the_end(unit, way, *, load=258e3, speed=157.0):

@@ -18,16 +18,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evaluation.page_tables import fault_table, object_table
+from ramsight import machine
 from ramsight.deploy.encoder import Frame, Settings, encoder_for
 from ramsight.deploy.encoder.alarms import OF_STATUS, Fault
 from ramsight.deploy.encoder.bus_clock import BusClock
 from ramsight.deploy.encoder.eds import eds_text, object_dictionary
-from ramsight.deploy.encoder.listening import drive_map
+from ramsight.deploy.encoder.listening import Listener, _Channel, drive_map
 from ramsight.deploy.encoder.objects import BITS, ENTRIES, FORGET, LOAD, OBJECTS, RUNNING, SAVE, STORED
+from ramsight.deploy.encoder.parameters import ParameterFile
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs import read_log, read_truth
-from ramsight.logs.channel_map import load_map
+from ramsight.logs.mapped import Mapped
 from ramsight.output import HeldError
+from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.status import Status
@@ -46,6 +49,7 @@ from .encoder_bus import (
     WATCHDOG,
     Master,
     boom,
+    bus_map,
     encoder,
     lose_power,
     played,
@@ -65,6 +69,9 @@ def master():
     bus.node.nmt.state = "OPERATIONAL"
     bus.rest(0.2)
     return bus
+
+
+SWITCH = '[[reference]]\nchannel = "2020h"\nposition = "300 mm"\n'
 
 
 def abort_of(action) -> int:
@@ -172,10 +179,7 @@ def test_parameters_stay_while_the_machine_runs(master):
             value = master.node.sdo.upload(*key)
             assert abort_of(lambda key=key, value=value: master.node.sdo.download(*key, value)) == 0x08000022
     assert master.position == 10000
-
-
-def test_work_area_limits_may_be_written_while_it_runs(master):
-    write_now(master, 0x6401, 100, 1)
+    write_now(master, 0x6401, 100, 1)  # the work area's limits are no parameters
     write_now(master, 0x6402, 200, 1)
 
 
@@ -188,18 +192,22 @@ def test_a_pdo_takes_no_identifier_of_others(master):
         write_now(master, 0x1800, 0x40000186 + 3, 1)
 
 
-def test_a_fault_value_is_no_position(master):
-    for value in (0, -1, 10000, 70000, 700_000, -700_000, 1_400_000):
-        assert abort_of(lambda value=value: write(master, 0x2001, value)) == 0x06090030
-    for value in (FAULT, -(1 << 31), 1_400_001, -700_001):
-        write(master, 0x2001, value)
-
-
-def test_a_heartbeat_is_no_flood(master):
-    for period in (1, 9):
-        assert abort_of(lambda period=period: write(master, 0x1017, period)) == 0x06090032
-    for period in (0, 10, 65535):
-        write(master, 0x1017, period)
+@pytest.mark.parametrize(
+    ("index", "code", "refused", "taken"),
+    [
+        (
+            0x2001, 0x06090030, (0, -1, 10000, 70000, 700_000, -700_000, 1_400_000),
+            (FAULT, -(1 << 31), 1_400_001, -700_001),
+        ),
+        (0x1017, 0x06090032, (1, 9), (0, 10, 65535)),
+    ],
+    ids=["a fault value is no position", "a heartbeat is no flood"],
+)  # fmt: skip
+def test_values_of_an_object_that_are_refused_and_taken(master, index, code, refused, taken):
+    for value in refused:
+        assert abort_of(lambda value=value: write(master, index, value)) == code
+    for value in taken:
+        write(master, index, value)
 
 
 @pytest.mark.parametrize(
@@ -373,8 +381,7 @@ def test_a_client_maps_what_it_likes_into_a_pdo(master):
 
 
 @pytest.mark.parametrize(
-    ("mapped", "code"),
-    [((0x6003_0020,), 0x06040041), ((0x6004_0010,), 0x06040041), ((0x6004_0020,) * 3, 0x06040042)],
+    ("mapped", "code"), [((0x6003_0020,), 0x06040041), ((0x6004_0010,), 0x06040041), ((0x6004_0020,) * 3, 0x06040042)]
 )
 def test_mappings_that_cannot_be_are_refused(master, mapped, code):
     sdo = master.node.sdo
@@ -458,13 +465,8 @@ def test_a_lost_drive_is_told_within_two_cycles_of_its_timeout(master):
 
 
 def test_torque_alone_or_speed_alone_is_no_drive(tmp_path):
-    file = tmp_path / "map.toml"
-    file.write_text(
-        'speed = {channel = "606Ch", unit = "1/min"}\ntorque = {channel = "4602h:0Ch"}\n'
-        'temperature = {constant = "40 degC"}\n'
-        '[[can.pdo]]\ncob_id = 0x185\nobjects = ["606Ch"]\n[[can.pdo]]\ncob_id = 0x285\nobjects = ["4602h:0Ch"]\n'
-    )
-    bus = Master(encoder(channel_map=load_map(file)))
+    objects = ((0x185, "606Ch"), (0x285, "4602h:0Ch"))
+    bus = Master(encoder(channel_map=bus_map(tmp_path, *objects, torque='channel = "4602h:0Ch"')))
     for k in range(30):
         bus.put(0.02 * k, Frame(0x185, bytes(4), 0.02 * k))
         if k < 10:
@@ -545,15 +547,12 @@ def test_emergencies_keep_their_inhibit_time(master):
 
 
 def test_a_switch_is_a_reference_and_a_switch_that_contradicts_an_alarm(tmp_path):
-    file = tmp_path / "map.toml"
-    file.write_text(
-        'speed = {channel = "606Ch"}\ntorque = {channel = "4602h:0Ch"}\n'
-        'temperature = {channel = "2010h:01h", unit = "degC", scale = 0.1, hold = "2 s"}\n'
-        '[[reference]]\nchannel = "2020h"\nposition = "300 mm"\n'
-        '[[can.pdo]]\ncob_id = 0x185\nobjects = ["606Ch", "4602h:0Ch"]\n'
-        f'[[can.pdo]]\ncob_id = {0x180 + WARM}\nobjects = ["2010h:01 INT16", "2020h UINT8"]\n'
-    )
-    bus = Master(encoder(channel_map=load_map(file)))
+    made = bus_map(
+        tmp_path, (0x185, "606Ch", "4602h:0Ch"), (0x180 + WARM, "2010h:01 INT16", "2020h UINT8"),
+        torque='channel = "4602h:0Ch"', temperature='channel = "2010h:01h", unit = "degC", scale = 0.1, hold = "2 s"',
+        more=SWITCH,
+    )  # fmt: skip
+    bus = Master(encoder(channel_map=made))
 
     def stand(switch: int, seconds: float) -> None:
         begin = bus.now
@@ -585,11 +584,17 @@ def power_up(state: Path) -> Master:
     return bus
 
 
-def test_it_knows_its_position_after_a_power_loss_at_rest(tmp_path):
-    bus = power_up(tmp_path / "boom.state")
-    bus.rest(0.2)
+def rested(state: Path, torque: float = 20.0) -> Master:
+    """Powered up, given a position, and at rest for long enough that the file has it."""
+    bus = power_up(state)
+    bus.rest(0.2, torque)
     write(bus, 0x6003, 10000)
-    bus.rest(2.0)
+    bus.rest(2.0, torque)
+    return bus
+
+
+def test_it_knows_its_position_after_a_power_loss_at_rest(tmp_path):
+    rested(tmp_path / "boom.state")
     again = power_up(tmp_path / "boom.state")  # no stop: the power just went
     assert again.position == FAULT
     again.rest(0.1)
@@ -623,9 +628,6 @@ def test_a_damaged_state_is_told_until_a_reference_comes(tmp_path):
 
 
 def test_a_state_of_another_machine_is_as_good_as_damaged(tmp_path):
-    from ramsight import machine
-    from ramsight.plant.ddh import build_ddh
-
     bus = power_up(tmp_path / "boom.state")
     bus.rest(0.2)
     write(bus, 0x6003, 10000)
@@ -639,10 +641,7 @@ def test_a_state_of_another_machine_is_as_good_as_damaged(tmp_path):
 @pytest.mark.parametrize("settings", [Settings(9, DRIVE, 4711), Settings(NODE, DRIVE, 4712)])
 def test_the_state_of_a_twin_is_another_one(tmp_path, settings):
     """The left and the right cylinder of a machine have the same numbers."""
-    bus = power_up(tmp_path / "boom.state")
-    bus.rest(0.2)
-    write(bus, 0x6003, 10000)
-    bus.rest(2.0)
+    bus = rested(tmp_path / "boom.state")
     lose_power(bus.device)
     other = Master(encoder_for(boom(), usual_map(), settings, tmp_path / "boom.state"))
     other.device.receive(0.0, sample(0, 20.0))
@@ -667,10 +666,7 @@ def test_a_state_file_is_one_encoder_s_until_it_ends(tmp_path):
 
 def test_a_program_that_comes_while_the_file_was_removed_is_not_overwritten(tmp_path, disk):
     state = tmp_path / "boom.state"
-    bus = power_up(state)
-    bus.rest(0.2)
-    write(bus, 0x6003, 10000)
-    bus.rest(2.0)
+    bus = rested(state)
     disk.fails = True
     bus.play([(bus.now + 0.02, sample(100, 20.0))])
     assert not state.exists(), "removed, as it cannot say that the piston moves"
@@ -715,10 +711,7 @@ CANNOT_SAVE = 1 << 13
 
 def test_a_position_that_was_resumed_cannot_come_back_from_a_disk_that_fails_later(tmp_path, trace, disk):
     state = tmp_path / "boom.state"
-    bus = power_up(state)
-    bus.rest(0.2)
-    write(bus, 0x6003, 10000)
-    bus.rest(2.0)
+    bus = rested(state)
     bus = power_up(state)
     bus.rest(0.1)
     disk.fails = True
@@ -736,10 +729,7 @@ def test_a_position_that_was_resumed_cannot_come_back_from_a_disk_that_fails_lat
 
 def test_a_position_that_cannot_be_taken_off_the_disk_is_not_resumed(tmp_path, disk):
     state = tmp_path / "boom.state"
-    bus = power_up(state)
-    bus.rest(0.2)
-    write(bus, 0x6003, 10000)
-    bus.rest(2.0)
+    bus = rested(state)
     disk.fails = True
     bus = power_up(state)
     bus.rest(0.1)
@@ -749,10 +739,7 @@ def test_a_position_that_cannot_be_taken_off_the_disk_is_not_resumed(tmp_path, d
 
 def test_a_power_up_without_the_drive_costs_nothing(tmp_path):
     state = tmp_path / "boom.state"
-    bus = power_up(state)
-    bus.rest(0.2)
-    write(bus, 0x6003, 10000)
-    bus.rest(2.0)
+    rested(state)
     power_up(state).pass_time(5.0)
     idle = power_up(state)
     idle.pass_time(5.0)
@@ -780,26 +767,13 @@ def test_a_disk_that_cannot_be_written_is_told_from_the_start_and_tried_again(tm
     assert abs(again.position - 10000) <= 1
 
 
-def test_a_disk_that_fails_when_motion_begins_is_told_at_once(tmp_path, trace, disk):
-    bus = power_up(tmp_path / "boom.state")
-    bus.rest(0.2, torque=2.0)
-    write(bus, 0x6003, 10000)
-    bus.rest(2.0, torque=2.0)
-    disk.fails = True
-    bus.rest(1.0, torque=2.0)
-    assert bus.alarms == 0, "the file says what is so"
-    bus.put(bus.now + 0.02, sample(100, 30.0))
-    assert bus.alarms == PE | CANNOT_SAVE
-
-
 def test_a_position_that_cannot_be_written_over_is_removed(tmp_path, disk):
     """A full disk that copies on write, or a file that lost its mode: it cannot be written, but it can be removed."""
     state = tmp_path / "boom.state"
-    bus = power_up(state)
-    bus.rest(0.2, torque=2.0)
-    write(bus, 0x6003, 10000)
-    bus.rest(2.0, torque=2.0)
+    bus = rested(state, torque=2.0)
     disk.fails = True
+    bus.rest(1.0, torque=2.0)
+    assert bus.alarms == 0, "the file says what is so"
     bus.put(bus.now + 0.02, sample(100, 30.0))
     assert bus.alarms == PE | CANNOT_SAVE
     disk.fails = False
@@ -854,8 +828,6 @@ def test_power_lost_at_any_frame_leaves_a_right_position_or_none(tmp_path, trace
 
 
 def test_stored_parameters_that_cannot_be_are_not_used(tmp_path):
-    from ramsight.deploy.encoder.parameters import ParameterFile
-
     state = tmp_path / "boom.state"
     for values in ({(0x2001, 0): 10000}, {(0x1800, 1): 0x40000080}, {(0x1017, 0): 1}, {(0x2002, 0): 5}):
         ParameterFile(tmp_path / "boom.state.parameters").save(values)
@@ -941,14 +913,8 @@ def test_a_wall_clock_that_is_set_back_loses_no_time(back):
 @pytest.mark.parametrize("counts", [True, False])
 def test_a_wall_clock_that_is_set_forward_in_motion_makes_the_position_uncertain(tmp_path, set_by, counts):
     """Nobody knows whether the piston went on meanwhile; a drive that counts its frames is not late by it."""
-    path = tmp_path / "map.toml"
-    path.write_text(
-        'speed = {channel = "606Ch", unit = "1/min"}\ntorque = {channel = "6077h", rated = "80 N m"}\n'
-        'temperature = {constant = "40 degC"}\n'
-        + ('sequence = {channel = "2001h", modulus = 256}\n' if counts else "")
-        + f'[[can.pdo]]\ncob_id = {0x180 + DRIVE}\nobjects = ["606Ch", "6077h", "2001h UINT16"]\n'
-    )
-    device = encoder(channel_map=load_map(path))
+    sequence = 'sequence = {channel = "2001h", modulus = 256}\n' if counts else ""
+    device = encoder(channel_map=bus_map(tmp_path, (0x180 + DRIVE, "606Ch", "6077h", "2001h UINT16"), more=sequence))
     device.start(0.0)
     per_second = 1000 * math.pi / 30.0 * boom().travel_per_radian
     for k in range(150):
@@ -1026,9 +992,6 @@ def test_the_page_quotes_what_was_measured():
 
 
 def test_a_maps_scale_offset_and_sign_reach_the_encoders_samples():
-    from ramsight.deploy.encoder.listening import _Channel
-    from ramsight.logs.mapped import Mapped
-
     for sign, wanted in ((1.0, 205.0), (-1.0, -205.0)):
         channel = _Channel(Mapped("n", "rpm", sign=sign, scale=2.0, offset=5.0), np.pi / 30.0, 0.0)
         channel.take(100.0, 0.5, 0.6)
@@ -1036,33 +999,11 @@ def test_a_maps_scale_offset_and_sign_reach_the_encoders_samples():
         assert (channel.sent, channel.at, channel.fresh) == (0.5, 0.6, True)
 
 
-def test_a_channel_that_no_frame_has_is_refused_with_the_maps_name(tmp_path):
-    from ramsight.deploy.encoder.listening import Listener
-    from ramsight.errors import UnknownNameError
-    from ramsight.logs.channel_map import load_map
-
-    known = """
-        torque = {channel = "0x185.6077h", rated = "80 N m"}
-        temperature = {constant = "45 degC"}
-        [[can.pdo]]
-        cob_id = 0x185
-        objects = ["606Ch", "6077h"]
-    """
-    file = tmp_path / "bus.toml"
-    file.write_text(f'speed = {{channel = "0x186.606Ch", unit = "1/min"}}\n{known}')
-    with pytest.raises(UnknownNameError, match=r"bus\.toml: unknown channel '0x186\.606Ch'; did you mean"):
-        Listener(load_map(file))
-
-
 def test_what_is_wrong_with_a_map_names_its_file(tmp_path):
-    file = tmp_path / "map.toml"
-    text = (
-        'speed = {channel = "606Ch"}\ntorque = {channel = "6077h", rated = "80 N m"}\n'
-        'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x185\nobjects = ["606Ch", "6077h"]\n'
-    )
-    file.write_text(text.replace("0x185", f"0x18{NODE}"))
+    own, drive = (0x180 + NODE, "606Ch", "6077h"), (0x185, "606Ch", "6077h")
     with pytest.raises(DescriptionError, match=rf"map\.toml: can\.pdo\.cob_id = '18{NODE}h': is what the encoder"):
-        encoder(channel_map=load_map(file))
-    file.write_text(text + '[[reference]]\nchannel = "2020h"\nposition = "300 mm"\n')
+        encoder(channel_map=bus_map(tmp_path, own))
     with pytest.raises(UnknownNameError, match=r"map\.toml: unknown channel '2020h'"):
-        encoder(channel_map=load_map(file))
+        encoder(channel_map=bus_map(tmp_path, drive, more=SWITCH))
+    with pytest.raises(UnknownNameError, match=r"map\.toml: unknown channel '0x186\.606Ch'; did you mean"):
+        Listener(bus_map(tmp_path, drive, speed='channel = "0x186.606Ch", unit = "1/min"'))

@@ -197,11 +197,7 @@ def test_a_real_sensor_on_the_bus_is_held_against_it(buses, tmp_path, trace):
     device = encoder(None, load_map(tmp_path / "map.toml"), overrides=overrides(False, None, 1e-3, 0.1))
     machine_bus, real_bus = buses.open(), buses.open()
     try:
-        with (
-            Machine(machine_bus, log),
-            RealSensor(real_bus) as real,
-            running(device, buses.open()),
-        ):
+        with Machine(machine_bus, log), RealSensor(real_bus) as real, running(device, buses.open()):
             wait_for(lambda: node.nmt.state == "PRE-OPERATIONAL")
             wait_for(lambda: node.sdo["Sensor status"].raw == Status.NOT_REFERENCED)
             wait_for(lambda: node.sdo["Verdict on both sensors"].raw == Verdict.UNCHECKED)

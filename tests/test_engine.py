@@ -42,14 +42,12 @@ def one_segment(end, *, parameters=(0.0,), value=0.0, slope=0.0):
 
 ROBERTSON = equation(
     lambda x, u, p: [
-        -p[0] * x[0] + p[1] * x[1] * x[2],
-        p[0] * x[0] - p[1] * x[1] * x[2] - p[2] * x[1] ** 2,
-        p[2] * x[1] ** 2,
+        -p[0] * x[0] + p[1] * x[1] * x[2], p[0] * x[0] - p[1] * x[1] * x[2] - p[2] * x[1] ** 2, p[2] * x[1] ** 2,
     ],
     names="abc",
     n_parameters=3,
     extra=[("sum", lambda x, u: ca.sum1(x))],
-)
+)  # fmt: skip
 RATES = (0.04, 1e4, 3e7)
 
 

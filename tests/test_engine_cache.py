@@ -110,11 +110,9 @@ def below_a_link_into_an_open_folder(folder: Path) -> Path:
 
 
 UNSAFE = [
-    (open_to_all, r"others may write into it \(mode 0777\)"),
-    (a_link, "it is a link"),
-    (below_an_open_folder, "not sticky"),
-    (below_a_link_into_an_open_folder, "not sticky"),
-]
+    (open_to_all, r"others may write into it \(mode 0777\)"), (a_link, "it is a link"),
+    (below_an_open_folder, "not sticky"), (below_a_link_into_an_open_folder, "not sticky"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("make", "says"), UNSAFE)

@@ -3,7 +3,6 @@
 import ast
 import doctest
 import importlib
-import importlib.util
 import os
 import re
 import subprocess
@@ -22,16 +21,8 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 QUICK = ("own_part.py", "control.py", "own_loop.py", "typed.py", "linearise.py")
 
 
-def says():
-    """What each example prints, as docs/check.py finds it on the pages, which are made by running all of them."""
-    spec = importlib.util.spec_from_file_location("check", ROOT / "docs" / "check.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.SAYS
-
-
 @pytest.mark.parametrize("name", QUICK)
-def test_an_example_runs_and_says_what_it_should(name, tmp_path):
+def test_an_example_runs_and_says_what_it_should(name, tmp_path, script):
     """The others run where the pages are made (`make docs`); here with every warning as an error."""
     unseen = "ignore:FigureCanvasAgg is non-interactive:UserWarning"
     environment = {**os.environ, "MPLBACKEND": "agg", "PYTHONWARNINGS": f"error,{unseen}"}
@@ -44,12 +35,12 @@ def test_an_example_runs_and_says_what_it_should(name, tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert re.search(says()[name], done.stdout), done.stdout
+    assert re.search(script("check", "docs").SAYS[name], done.stdout), done.stdout
     assert list(tmp_path.iterdir()) == [], "an example leaves nothing behind"
 
 
-def test_of_every_example_it_is_stated_what_it_prints():
-    assert says().keys() == {file.name for file in EXAMPLES}
+def test_of_every_example_it_is_stated_what_it_prints(script):
+    assert script("check", "docs").SAYS.keys() == {file.name for file in EXAMPLES}
 
 
 def test_the_list_of_examples_has_each_once_with_its_title():

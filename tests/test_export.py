@@ -1,7 +1,6 @@
 """Exported C says what Python says: with doubles, with floats, with faults, after a power loss, under sanitizers."""
 
 import ctypes
-import importlib
 import json
 import os
 import re
@@ -166,27 +165,15 @@ def test_it_is_strict_c99_that_converts_nothing_unsaid_and_calls_libm_alone(tmp_
         symbols = run(["nm", *objects], done.folder).splitlines()
         needed = {line.split()[-1] for line in symbols if " U " in line and "ramsight_bucket_step_" not in line}
         assert needed <= {
-            "exp",
-            "log",
-            "tanh",
-            "sqrt",
-            "pow",
-            "expf",
-            "logf",
-            "tanhf",
-            "sqrtf",
-            "powf",
-            "memset",
-            "memcpy",
-        }
+            "exp", "log", "tanh", "sqrt", "pow", "expf", "logf", "tanhf", "sqrtf", "powf", "memset", "memcpy",
+        }  # fmt: skip
         assert [line for line in symbols if re.search(r" [bBdDC] ", line)] == []  # no variable that lasts
 
 
 def test_headers_of_two_units_live_in_one_program(tmp_path):
     (tmp_path / "both").mkdir()
     for name in ("boom", "bucket"):
-        unit, prefix = build_ddh(name, LOADER.unit(name)), f"ramsight_{name}"
-        for file, text in sensor_source(kalman(unit), unit, prefix, "mining-loader", single=False).files.items():
+        for file, text in source_of(name).files.items():
             (tmp_path / "both" / file).write_text(text)
     (tmp_path / "both" / "main.c").write_text(
         '#include "ramsight_boom.h"\n#include "ramsight_bucket.h"\n'
@@ -197,6 +184,9 @@ def test_headers_of_two_units_live_in_one_program(tmp_path):
     run([COMPILER, *STRICT, *sources, "-lm", "-o", "main"], tmp_path / "both")
 
 
+NOTHING, RESUMED, OLDER, MOVED = range(4)
+
+
 class Slots:
     """An exported boom with its slots, by ctypes."""
 
@@ -204,12 +194,17 @@ class Slots:
         self.c = ctypes.CDLL(str(library))
         self.c.ramsight_boom_start.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double]
         header = source.files["ramsight_boom.h"]
-        self.names = re.findall(
-            r"^  (?:double|ramsight_boom_real) (\w+);$", header.split("} ramsight_boom_slots;")[1], re.M
-        )
+        behind = header.split("} ramsight_boom_slots;")[1]
+        self.names = re.findall(r"^  (?:double|ramsight_boom_real) (\w+);$", behind, re.M)
         self.sensor = (ctypes.c_double * (len(self.names) + 16))()
         self.slots = [(ctypes.c_ubyte * (20 + 8 * len(self.names)))() for _ in range(2)]
         self.c.ramsight_boom_init(self.sensor)
+
+    def begin(self, position=0.3, instance=7):
+        """Nothing is resumed, the position is entered, and it stands under load."""
+        assert self.resume(instance) == NOTHING
+        assert self.c.ramsight_boom_start(self.sensor, position, 1e-3) == 1
+        return self.rest(0.0)
 
     def put(self, state):
         fields = {field_of(name): value for name, value in state.items()}
@@ -239,15 +234,16 @@ class Slots:
         return self.c.ramsight_boom_resume(self.sensor, instance, *self.slots)
 
 
-NOTHING, RESUMED, OLDER, MOVED = range(4)
+def source_of(name):
+    """The C of a sensor of the loader."""
+    unit = build_ddh(name, LOADER.unit(name))
+    return sensor_source(kalman(unit), unit, f"ramsight_{name}", "mining-loader", single=False)
 
 
 @pytest.fixture(scope="module")
 def boom_library(tmp_path_factory):
-    """The C of the boom's sensor, which has no variable that lasts, and the library that it becomes."""
-    unit = build_ddh("boom", LOADER.unit("boom"))
-    source = sensor_source(kalman(unit), unit, "ramsight_boom", "mining-loader", single=False)
-    file = tmp_path_factory.mktemp("boom") / "boom.so"
+    """The library that the C of the boom's sensor becomes, which has no variable that lasts, and that C."""
+    file, source = tmp_path_factory.mktemp("boom") / "boom.so", source_of("boom")
     library(COMPILER, dict(source.files), file, *STRICT, "-O0")
     return file, source
 
@@ -262,9 +258,7 @@ def test_a_state_resumes_as_in_python(tmp_path, slots):
     sensor, c = kalman(unit), slots
     file = StateFile(tmp_path / "boom.state", sensor)
     assert set(c.names) == {field_of(name) for name in sensor.recursion.state}
-    assert c.resume() == NOTHING
-    assert c.c.ramsight_boom_start(c.sensor, 0.3, 1e-3) == 1
-    assert c.rest(0.0) == [1, 0, 1], "both slots exist at once, and neither has the position yet"
+    assert c.begin() == [1, 0, 1], "both slots exist at once, and neither has the position yet"
     rows, start = faulty_day(unit, duration=60.0, every=None, seed=2)
     sensor.start(start)
     for row in rows[:600]:
@@ -289,9 +283,7 @@ def test_a_state_resumes_as_in_python(tmp_path, slots):
 
 
 def test_what_is_resumed_is_what_was_kept(slots):
-    slots.resume()
-    slots.c.ramsight_boom_start(slots.sensor, 0.3, 1e-3)
-    slots.rest(0.0)
+    slots.begin()
     before = slots.get()
     assert slots.resume() == RESUMED
     after = slots.get()
@@ -310,9 +302,7 @@ def test_what_is_resumed_is_what_was_kept(slots):
 
 
 def test_a_drive_that_loses_its_power_first_does_not_take_the_position_with_it(slots):
-    slots.resume()
-    slots.c.ramsight_boom_start(slots.sensor, 0.3, 1e-3)
-    slots.rest(0.0)
+    slots.begin()
     assert slots.rest(1.2, speed=np.nan) == []
     assert slots.resume() == RESUMED
     assert slots.rest(0.0, speed=np.nan) == []
@@ -339,16 +329,12 @@ def test_only_slots_that_were_saved_one_after_the_other_give_a_position(slots):
 
 
 def test_slots_of_another_instance_are_as_good_as_erased(slots):
-    slots.resume(7)
-    slots.c.ramsight_boom_start(slots.sensor, 0.3, 1e-3)
-    slots.rest(0.0)
+    slots.begin()
     left = [bytes(slot) for slot in slots.slots]
     for instance in (0, 6, 8, 7 << 8, 0xFFFFFFFF):
         assert slots.resume(instance) == NOTHING
         assert slots.get()["position_known"] == 0.0
-    slots.resume(8)
-    slots.c.ramsight_boom_start(slots.sensor, 0.6, 1e-3)
-    slots.rest(0.0)
+    slots.begin(0.6, instance=8)
     right = [bytes(slot) for slot in slots.slots]
     assert slots.resume(8) == RESUMED
     for place in (0, 1):  # one slot of each
@@ -360,9 +346,7 @@ def test_slots_of_another_instance_are_as_good_as_erased(slots):
 @pytest.mark.parametrize("filler", [0x00, 0xFF])
 def test_an_erased_slot_takes_the_position_with_it(slots, filler):
     """A power loss between erasing and writing; the other slot may be stale."""
-    slots.resume()
-    slots.c.ramsight_boom_start(slots.sensor, 0.3, 1e-3)
-    slots.rest(0.0)
+    slots.begin()
     for erased in (0, 1):
         whole = bytes(slots.slots[erased])
         slots.slots[erased][:] = bytes([filler]) * len(whole)
@@ -374,9 +358,7 @@ def test_an_erased_slot_takes_the_position_with_it(slots, filler):
 
 
 def test_every_damaged_bit_is_noticed(slots):
-    slots.resume()
-    slots.c.ramsight_boom_start(slots.sensor, 0.3, 1e-3)
-    slots.rest(0.0)
+    slots.begin()
     for place in (0, 1):
         for bit in range(0, 8 * len(slots.slots[place]), 7):
             slots.slots[place][bit // 8] ^= 1 << bit % 8
@@ -388,18 +370,12 @@ def test_every_damaged_bit_is_noticed(slots):
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("position", np.nan),
-        ("position", 5.0),
-        ("position_variance", -1e-6),
-        ("hypotheses_0_leakage", np.inf),
-        ("hypotheses_2_covariance_compliance_compliance", -1e-9),
-        ("position_known", 7.0),
+        ("position", np.nan), ("position", 5.0), ("position_variance", -1e-6), ("hypotheses_0_leakage", np.inf),
+        ("hypotheses_2_covariance_compliance_compliance", -1e-9), ("position_known", 7.0),
     ],
-)
+)  # fmt: skip
 def test_a_state_that_cannot_be_is_not_resumed_even_with_a_good_checksum(slots, name, value):
-    slots.resume()
-    slots.c.ramsight_boom_start(slots.sensor, 0.3, 1e-3)
-    slots.rest(0.0)
+    slots.begin()
     for place in (0, 1):
         slot = bytearray(slots.slots[place])
         at = 16 + 8 * slots.names.index(name)
@@ -545,14 +521,11 @@ def test_the_folder_says_how_it_is_called_and_in_which_units(tmp_path):
     assert called == {f"ramsight_boom_{name}" for name in ("resume", "init", "start", "reference", "step", "keep")}
 
 
-def test_the_export_page_quotes_what_a_cortex_takes(monkeypatch):
+def test_the_export_page_quotes_what_a_cortex_takes(script):
     root = Path(__file__).parent.parent
-    monkeypatch.syspath_prepend(root / "benchmarks")
-    cortex = importlib.import_module("cortex")
-    found, page = (
-        json.loads((root / "results" / "bench.json").read_text()),
-        (root / "docs" / "reference" / "c-cost.md").read_text(),
-    )
+    cortex = script("cortex", "benchmarks")
+    found = json.loads((root / "results" / "bench.json").read_text())
+    page = (root / "docs" / "reference" / "c-cost.md").read_text()
     assert "\n".join(cortex.table(found["cortex"])) in page
     assert found["cortex_compiler"] in page
     assert set(found["cortex"]) == {core.name for core in cortex.CORES}

@@ -183,12 +183,7 @@ def test_the_fmu_of_a_control_moves_a_simulated_unit(tmp_path, fmi):
     try:
         one.begin(start_position=0.3, start_known=True, reference_known=False)
         for k, (reported, asked) in enumerate(zip(record.reported, record.asked, strict=True)):
-            one.set(
-                motor_speed=reported.motor_speed,
-                motor_torque=reported.motor_torque,
-                oil_temperature=reported.oil_temperature,
-                target=0.36 if k else 1e10,
-            )
+            one.report(reported, target=0.36 if k else 1e10)
             one.step(reported.time, 0.02)
             assert one.get("motor_speed_command") == pytest.approx(asked, abs=1e-6)
         assert max(record.asked) > 50.0

@@ -12,15 +12,10 @@ from ramsight.logs.channels import FURTHER, PRESSURES, SHAFT_ANGLE
 from .golden import golden
 
 ALL = {
-    "shaft.std": math.radians(0.05),
-    "power.std": 0.005,
-    "inertia.std": 0.3,
-    "motor_temperature.std": 0.01,
-    "link_angle.std": math.radians(0.2),
-    "absolute_position.std": 2e-3,
-    "absolute_position.offset": 1e-3,
+    "shaft.std": math.radians(0.05), "power.std": 0.005, "inertia.std": 0.3, "motor_temperature.std": 0.01,
+    "link_angle.std": math.radians(0.2), "absolute_position.std": 2e-3, "absolute_position.offset": 1e-3,
     "absolute_position.delay": 0.1,
-}
+}  # fmt: skip
 """All but pressures, which floats are too short for (tests/test_directional.py)."""
 
 

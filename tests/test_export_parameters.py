@@ -21,19 +21,13 @@ from ramsight.sensor.kalman import kalman
 
 CHANGES = {
     "stiff": {
-        '"0.6 GPa"': '"0.9 GPa"',
-        '"2 l"': '"1.2 l"',
-        '"3 m"': '"2 m"',
-        '"32 mm"': '"25 mm"',
+        '"0.6 GPa"': '"0.9 GPa"', '"2 l"': '"1.2 l"', '"3 m"': '"2 m"', '"32 mm"': '"25 mm"',
         '"1200 kN/mm"': '"1500 kN/mm"',
     },
     "heavy": {
-        '"4000 kg"': '"5200 kg"',
-        '"8.5 kN/(m/s)"': '"12 kN/(m/s)"',
-        '"1.5 kN"': '"2.0 kN"',
-        '"28/47"': '"28/45"',
+        '"4000 kg"': '"5200 kg"', '"8.5 kN/(m/s)"': '"12 kN/(m/s)"', '"1.5 kN"': '"2.0 kN"', '"28/47"': '"28/45"',
     },
-}
+}  # fmt: skip
 OTHER_KIND = {'stroke = { value = "0.7 m"': 'stroke = { value = "0.55 m"'}
 """A number that the graph holds: another one is another kind."""
 SHIM = """

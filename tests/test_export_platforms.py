@@ -141,18 +141,9 @@ def test_what_is_asked_for_is_built_and_nothing_else(tmp_path, monkeypatch):
 def test_sources_alone_need_no_compiler(tmp_path):
     out = tmp_path / "plant.fmu"
     words = [
-        "export",
-        "fmu",
-        "mining-loader",
-        "--unit",
-        "boom",
-        "--what",
-        "plant",
-        "--platforms",
-        "none",
-        "--out",
+        "export", "fmu", "mining-loader", "--unit", "boom", "--what", "plant", "--platforms", "none", "--out",
         str(out),
-    ]
+    ]  # fmt: skip
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0, done.output
     assert done.output.rstrip().endswith("92 variables, sources alone")

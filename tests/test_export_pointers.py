@@ -38,11 +38,9 @@ const char *model_step(Model *m, double time, double step) {
 
 
 @pytest.fixture(params=(2, 3))
-def small(request, tmp_path, monkeypatch):
+def small(request, tmp_path, script):
     """An FMU's interface with little behind it."""
-    monkeypatch.syspath_prepend("fuzz")
-    from fmu_pointers import Library
-
+    Library = script("fmu_pointers", "fuzz").Library
     names = ("fmu.h", "fmi_common.h", f"fmi{request.param}.h", f"fmi{request.param}.c")
     files = {name: template(name) for name in names} | {"fmu_config.h": CONFIG, "model.c": MODEL}
     library(find_compiler(), files, tmp_path / "small.so", *STRICT)

@@ -15,7 +15,6 @@ from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, find_compiler, library
 from ramsight.logs import read_log, read_truth
-from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
@@ -108,11 +107,6 @@ int started(double position, double std, double reference, double *out) {
   return taken;
 }
 """
-
-
-@pytest.fixture(scope="module")
-def boom():
-    return build_ddh("boom", LOADER.unit("boom"))
 
 
 @pytest.fixture(scope="module", params=["double", "float"])

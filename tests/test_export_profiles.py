@@ -1,6 +1,5 @@
 """A smaller profile of an exported sensor: what it weighs, that its C says so, and where it is refused."""
 
-import importlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -131,13 +130,11 @@ def test_the_command_line_exports_a_small_sensor(tmp_path):
     assert "low_probability" not in header
 
 
-def test_the_page_quotes_what_profiles_cost(monkeypatch):
-    for folder in ("benchmarks", "evaluation"):
-        monkeypatch.syspath_prepend(ROOT / folder)
+def test_the_page_quotes_what_profiles_cost(script):
     page = (ROOT / "docs" / "export.md").read_text(encoding="utf-8")
     sizes = json.loads((ROOT / "results" / "bench.json").read_text(encoding="utf-8"))["cortex_profiles"]
     study = json.loads((ROOT / "results" / "study.json").read_text(encoding="utf-8"))["profiles"]
-    cortex, profiles = importlib.import_module("cortex"), importlib.import_module("profiles")
+    cortex, profiles = script("cortex", "benchmarks"), script("profiles")
     assert "\n".join(cortex.profile_table(sizes)) in page
     assert "\n".join(profiles.table(study)) in page
     assert set(sizes) == set(cortex.PROFILES)

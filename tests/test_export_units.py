@@ -12,11 +12,9 @@ from ramsight.deploy.sensor_words import meaning
 
 fmpy = pytest.importorskip("fmpy")
 WRITTEN = [
-    ("mining-loader", "boom", "compare", 2),
-    ("eha-valve-rig", None, "plant", 2),
-    ("press", None, "plant", 3),
+    ("mining-loader", "boom", "compare", 2), ("eha-valve-rig", None, "plant", 2), ("press", None, "plant", 3),
     ("eha-valve-rig", None, "sensor", 2),
-]
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module", params=WRITTEN, ids=lambda one: f"{one[0]}-{one[2]}")
@@ -42,14 +40,10 @@ def test_every_variable_with_a_usual_unit_is_shown_in_it(described):
 @pytest.mark.parametrize(
     ("unit", "value", "shown", "by"),
     [
-        ("K", 313.15, "degC", 40.0),
-        ("Pa", 25e6, "bar", 250.0),
-        ("rad/s", 50.0 * math.pi, "rpm", 1500.0),
-        ("m", 0.7, "mm", 700.0),
-        ("N", 441e3, "kN", 441.0),
-        ("m/s", 0.02, "mm/s", 20.0),
+        ("K", 313.15, "degC", 40.0), ("Pa", 25e6, "bar", 250.0), ("rad/s", 50.0 * math.pi, "rpm", 1500.0),
+        ("m", 0.7, "mm", 700.0), ("N", 441e3, "kN", 441.0), ("m/s", 0.02, "mm/s", 20.0),
     ],
-)
+)  # fmt: skip
 def test_a_value_is_shown_as_the_standard_says(described, unit, value, shown, by):
     found = {u.name: u.displayUnits for u in described.unitDefinitions}
     if unit not in found:

@@ -287,17 +287,10 @@ def test_an_fmu_that_knows_nothing_finds_its_place_and_tells_its_sensor(tmp_path
     record = run.loop.records["boom"]
     try:
         one.begin(start_known=False, reference_known=False)
-        for row, reported, estimate, asked in zip(
-            run.rows, record.reported, record.estimate, record.asked, strict=True
-        ):
+        samples = zip(run.rows, record.reported, record.estimate, record.asked, strict=True)
+        for row, reported, estimate, asked in samples:
             target = row[INDEX["target"]]
-            one.set(
-                motor_speed=reported.motor_speed,
-                motor_torque=reported.motor_torque,
-                oil_temperature=reported.oil_temperature,
-                ask=row[INDEX["ask"]],
-                target=1e10 if math.isnan(target) else target,
-            )
+            one.report(reported, ask=row[INDEX["ask"]], target=1e10 if math.isnan(target) else target)
             one.step(reported.time, DT)
             assert one.get("position_std") == pytest.approx(estimate.position_std, rel=1e-6, nan_ok=True)
             assert one.get("motor_speed_command") == pytest.approx(asked, abs=1e-6)

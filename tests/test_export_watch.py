@@ -132,12 +132,9 @@ def stands(run):
 
 
 FAULTS = {
-    silent: Reason.SILENT,
-    torque_stuck: Reason.TORQUE_STUCK,
-    speed_stuck: Reason.SPEED_STUCK,
-    half_said: Reason.DISOBEYS,
-    stands: Reason.DISOBEYS,
-}
+    silent: Reason.SILENT, torque_stuck: Reason.TORQUE_STUCK, speed_stuck: Reason.SPEED_STUCK,
+    half_said: Reason.DISOBEYS, stands: Reason.DISOBEYS,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """The FMEDA table has what was measured and nothing else, and the coverage is the mean that the rates weigh."""
 
 import csv
-import importlib
 import io
 import json
 from dataclasses import replace
@@ -26,11 +25,6 @@ ROOT = Path(__file__).parent.parent
 
 
 @pytest.fixture(scope="module")
-def boom():
-    return build(machine.load_machine("mining-loader").unit("boom"), "boom")
-
-
-@pytest.fixture(scope="module")
 def study():
     return json.loads((ROOT / "results" / "study.json").read_text(encoding="utf-8"))
 
@@ -43,9 +37,8 @@ def declaring(unit, **assumed):
     return replace(unit, assumptions=unit.assumptions.replace(assumed))
 
 
-def test_the_package_has_what_the_study_measured(monkeypatch, study):
-    monkeypatch.syspath_prepend(ROOT / "evaluation")
-    fmeda = importlib.import_module("fmeda")
+def test_the_package_has_what_the_study_measured(script, study):
+    fmeda = script("fmeda")
     assert fmeda.FILE.read_text(encoding="utf-8") == fmeda.packaged(study)
 
 
@@ -73,14 +66,8 @@ def test_what_was_not_measured_has_no_share(boom):
     blank = [row for row in rows if row["measured_with"] == NOT_MEASURED]
     signals = {row["signal"] for row in blank}
     assert {
-        "pressure_a",
-        "pressure_b",
-        "motor_temperature",
-        "reference",
-        "description",
-        "piston seals",
-        "control unit",
-    } <= signals
+        "pressure_a", "pressure_b", "motor_temperature", "reference", "description", "piston seals", "control unit",
+    } <= signals  # fmt: skip
     assert "shaft_angle" not in signals
     assert all(row["channel"] == VIRTUAL for row in rows if row not in blank)  # no DC power: none of the real sensor's
     assert len([row for row in blank if row["channel"] == REAL]) == 8
@@ -167,14 +154,12 @@ def test_a_spreadsheets_semicolons_and_decimal_commas_say_the_same(tmp_path):
 @pytest.mark.parametrize(
     ("column", "value", "words"),
     [
-        ("failure_rate_fit", "-1", "not a number from 0"),
-        ("failure_rate_fit", "nan", "not a number from 0"),
+        ("failure_rate_fit", "-1", "not a number from 0"), ("failure_rate_fit", "nan", "not a number from 0"),
         ("failure_rate_fit", "few", "not a number from 0"),
-        ("detected_percent", "101", "not a number from 0 to 100"),
-        ("detected_percent", "", "needs a share"),
+        ("detected_percent", "101", "not a number from 0 to 100"), ("detected_percent", "", "needs a share"),
         ("detected_at_least_percent", "100", "not above"),
     ],
-)
+)  # fmt: skip
 def test_an_impossible_share_or_rate_is_refused_with_its_place(tmp_path, column, value, words):
     rows = filled(tmp_path / "a.csv", {})
     rows[1][column] = value

@@ -1,8 +1,6 @@
 """Stretches of a log without rows stay visible in the track."""
 
 import csv
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -16,15 +14,15 @@ from ramsight.sensor.thresholds import BRIDGED_GAP
 from ramsight.signals import Signal, Signals
 from ramsight.tracking.pieces import Gaps
 
+from .command import at_once
+
 
 def track(time):
     count = len(time)
     columns = {
-        "time": Signal(time),
-        "position": Signal(np.linspace(0.1, 0.2, count)),
-        "status": Signal(np.zeros(count, int)),
-        "referenced": Signal(np.ones(count, bool)),
-    }
+        "time": Signal(time), "position": Signal(np.linspace(0.1, 0.2, count)),
+        "status": Signal(np.zeros(count, int)), "referenced": Signal(np.ones(count, bool)),
+    }  # fmt: skip
     return Signals(columns)
 
 
@@ -70,9 +68,8 @@ def test_the_track_of_a_log_with_a_pause_shows_it(trace, tmp_path):
     time = log["time"].values
     write_log(log.isel(time=(time < 6.0) | (time > 9.0)), tmp_path / "log.csv")
     words = ["track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 mm", "--out", "track.csv"]
-    done = subprocess.run(
-        [sys.executable, "-m", "ramsight.cli", *words], capture_output=True, text=True, cwd=tmp_path, check=True
-    )
+    done = at_once(*words, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
     assert "no rows for 3.0 s from 6.0 s on" in done.stdout
     with open(tmp_path / "track.csv", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if 5.99 < float(row["time_s"]) < 9.01]

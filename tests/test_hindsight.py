@@ -281,15 +281,12 @@ def test_another_likely_hypothesis_and_what_no_one_follows_widen_it():
 @pytest.mark.parametrize(
     ("std", "of_sample", "expected"),
     [
-        (0.9, Status.OK, Status.OK),
-        (1.1, Status.OK, Status.REFERENCE_DUE),
-        (1.1, Status.INPUT_GAP, Status.INPUT_GAP),
-        (0.1, Status.INPUT_LOST, Status.INPUT_LOST),
-        (100.0, Status.OK, Status.TOO_UNCERTAIN),
-        (100.0, Status.FAULT_PASSED, Status.TOO_UNCERTAIN),
+        (0.9, Status.OK, Status.OK), (1.1, Status.OK, Status.REFERENCE_DUE),
+        (1.1, Status.INPUT_GAP, Status.INPUT_GAP), (0.1, Status.INPUT_LOST, Status.INPUT_LOST),
+        (100.0, Status.OK, Status.TOO_UNCERTAIN), (100.0, Status.FAULT_PASSED, Status.TOO_UNCERTAIN),
         (100.0, Status.INPUT_LOST, Status.INPUT_LOST),
     ],
-)
+)  # fmt: skip
 def test_the_status_is_what_weighs_most_of_sample_and_position(std, of_sample, expected):
     due = AssumedIntegrity().due * float(unit().cylinder.stroke)
     assert said(position=0.25, std=std * due, status=of_sample)["status"] == expected

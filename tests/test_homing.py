@@ -76,11 +76,9 @@ def test_a_rod_goes_fast_only_while_the_stop_is_surely_far():
 def test_a_rod_is_held_when_it_is_slow_after_it_has_set_out():
     slow, sets_out = homing.slow_velocity(BY), BY.limits.speed / BY.limits.acceleration + 0.2
     cases = {
-        (1.001 * sets_out, 0.299 * slow): True,
-        (1.001 * sets_out, -0.299 * slow): True,
-        (0.999 * sets_out, 0.0): False,
-        (1.001 * sets_out, -0.301 * slow): False,
-    }
+        (1.001 * sets_out, 0.299 * slow): True, (1.001 * sets_out, -0.299 * slow): True,
+        (0.999 * sets_out, 0.0): False, (1.001 * sets_out, -0.301 * slow): False,
+    }  # fmt: skip
     for (time, velocity), held in cases.items():
         assert bool(number(is_held(BY, scalar(time), scalar(velocity)))) is held
 

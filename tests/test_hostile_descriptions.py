@@ -79,15 +79,11 @@ runpy.run_module("ramsight", run_name="__main__")
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (r'title = "x\u001b[31m"', r"\u001b"),
-        (r'title = "\u0000"', r"\u0000"),
-        (r'title = "\U0000001B"', r"\U0000001B"),
-        (r'"key\u0007" = 1', r"\u0007"),
-        (r'title = "\u009b"', r"\u009b"),
-        (r'title = "a\rb"', r"\r"),
-        ('title = """\n\\u007f"""', r"\u007f"),
+        (r'title = "x\u001b[31m"', r"\u001b"), (r'title = "\u0000"', r"\u0000"),
+        (r'title = "\U0000001B"', r"\U0000001B"), (r'"key\u0007" = 1', r"\u0007"), (r'title = "\u009b"', r"\u009b"),
+        (r'title = "a\rb"', r"\r"), ('title = """\n\\u007f"""', r"\u007f"),
     ],
-)
+)  # fmt: skip
 def test_a_text_that_commands_a_terminal_is_refused(text, said):
     with pytest.raises(TomlError, match=re.escape(f"control character {said}")) as refused:
         bounded_toml.loads("a = 1\n" + text)

@@ -19,6 +19,7 @@ from ramsight.logs.digits import decimal, is_digits, whole
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.mcap_content import unpacked_chunk
 
+from . import log_bench
 from .command import at_once
 
 FIELDS = ("time_s", "motor_speed_rpm", "motor_torque_nm", "oil_temperature_c")
@@ -27,15 +28,7 @@ FOREIGN = ["\u0661", "\u00b2", "1_000", "\uff11", "\u0967"]
 
 
 def mcap(path: Path, messages, schema: bytes = SCHEMA, **options):
-    writer_of = importlib.import_module("mcap.writer")
-    with open(path, "wb") as file:
-        writer = writer_of.Writer(file, **options)
-        writer.start()
-        channel = writer.register_channel("drive", "json", writer.register_schema("drive", "jsonschema", schema))
-        for k, data in enumerate(messages):
-            writer.add_message(channel, log_time=k * 20_000_000, publish_time=k * 20_000_000, data=data)
-        writer.finish()
-    return path
+    return log_bench.mcap(path, [("drive", 0.02 * k, data) for k, data in enumerate(messages)], schema, **options)
 
 
 def row(k):

@@ -67,10 +67,8 @@ def done(*words: str) -> str:
 
 def test_the_report_of_a_commissioning(shown, tmp_path):
     machine, log, written = (
-        described(tmp_path),
-        tmp_path / "<img src=x onerror=window.hit=3>.csv",
-        tmp_path / "map.toml",
-    )
+        described(tmp_path), tmp_path / "<img src=x onerror=window.hit=3>.csv", tmp_path / "map.toml",
+    )  # fmt: skip
     rows = gzip.decompress(TRACE.read_bytes()).decode().splitlines()[1:400]
     names = [f"{one} {RUNS.replace(',', '')}".replace('"', "") for one in ("t", "n", "m", "oil")]
     log.write_text("\n".join([",".join(names), *rows]) + "\n")

@@ -1,6 +1,5 @@
 """Known machines are found again: the independent simulator's, our own with known wear, and what cannot be told."""
 
-import importlib
 import json
 import sys
 from pathlib import Path
@@ -291,18 +290,16 @@ def test_a_valve_in_steps_is_where_one_that_opens_freely_is():
         assert left == pytest.approx(np.exp(-SETTLED * period / opening_time))
 
 
-def test_a_tuned_sensor_of_a_mast_is_no_worse_on_the_next_day(coverage, mast, monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "evaluation")
-    study = importlib.import_module("tuned_sensor")
+def test_a_tuned_sensor_of_a_mast_is_no_worse_on_the_next_day(coverage, mast, script):
+    study = script("tuned_sensor")
     unit, _, found = mast
     new = tuned_by(coverage.machine_of("forklift 63 mm"), "lift", found)
     work = study.day(unit, unit, 3)
     assert study.error(build(new.machine.unit("lift"), "lift"), *work) < study.error(unit, *work) + 0.5e-3
 
 
-def test_the_page_quotes_the_studies(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "evaluation")
-    pages = importlib.import_module("pages")
+def test_the_page_quotes_the_studies(script):
+    pages = script("pages")
     found, page = (
         json.loads((ROOT / "results" / "study.json").read_text()),
         "".join(

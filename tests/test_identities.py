@@ -284,21 +284,10 @@ def test_swapping_the_sides_of_a_double_rod_cylinder_turns_its_acceleration_roun
 # Valves and lines -------------------------------------------------------------------------------------------------
 
 VALVES = [
-    "relief valve",
-    "relief valve that leaks",
-    "relief valve whose pilot leaks",
-    "check valve that leaks",
-    "pilot check valve that leaks",
-    "safety valve that leaks",
-    "check valve",
-    "check valve without spring",
-    "pilot check valve",
-    "safety valve",
-    "safety valve held open",
-    "orifice",
-    "hose",
-    "hose turning turbulent",
-]
+    "relief valve", "relief valve that leaks", "relief valve whose pilot leaks", "check valve that leaks",
+    "pilot check valve that leaks", "safety valve that leaks", "check valve", "check valve without spring",
+    "pilot check valve", "safety valve", "safety valve held open", "orifice", "hose", "hose turning turbulent",
+]  # fmt: skip
 
 
 def flow_over_pressure(name, difference, *, motor_speed=0.0, pilot=TANK_PRESSURE):

@@ -21,47 +21,15 @@ from ramsight.cli import running
 SOURCE = Path(ramsight.__file__).parent
 
 STREET = [
-    {"units"},
-    {"output"},
-    {"logs"},
-    {"machine"},
-    {"engine"},
-    {"plant"},
-    {"duty"},
-    {"sensor"},
-    {"hindsight"},
-    {"tracking"},
-    {"calibration"},
-    {"control"},
-    {"closed_loop"},
-    {"drawing"},
-    {"study"},
-    {"deploy"},
-    {"api"},
-    {"studio"},
-    {"demo"},
-    {"cli"},
-    {"__main__"},
-]
+    {"units"}, {"output"}, {"logs"}, {"machine"}, {"engine"}, {"plant"}, {"duty"}, {"sensor"}, {"hindsight"},
+    {"tracking"}, {"calibration"}, {"control"}, {"closed_loop"}, {"drawing"}, {"study"}, {"deploy"}, {"api"},
+    {"studio"}, {"demo"}, {"cli"}, {"__main__"},
+]  # fmt: skip
 PLACE = {room: place for place, rooms in enumerate(STREET) for room in rooms}
 FREE = {
-    "_version",
-    "argument_kinds",
-    "arrays",
-    "bounded_toml",
-    "circuit_picture",
-    "constant",
-    "errors",
-    "expression",
-    "intervals",
-    "log_formats",
-    "normal",
-    "optional",
-    "posix",
-    "progress",
-    "signals",
-    "system",
-}
+    "_version", "argument_kinds", "arrays", "bounded_toml", "circuit_picture", "constant", "errors", "expression",
+    "intervals", "log_formats", "normal", "optional", "posix", "progress", "signals", "system",
+}  # fmt: skip
 """Modules that all others may use, and that use no room but each other."""
 DOOR = "__init__"
 """The package itself, above all rooms: it loads none by itself, and rooms below what it offers do not import it."""
@@ -243,10 +211,9 @@ def test_the_engine_uses_numpy_llvmlite_and_casadi_alone():
     assert used - sys.stdlib_module_names - {"ramsight"} <= ENGINE_LIBRARIES
 
 
-def test_the_drawing_of_the_rooms_is_that_of_the_code(monkeypatch):
+def test_the_drawing_of_the_rooms_is_that_of_the_code(script):
     root = SOURCE.parent.parent
-    monkeypatch.syspath_prepend(root / "evaluation")
-    drawing = importlib.import_module("rooms")
+    drawing = script("rooms")
     listed = drawing.listed()
     found = drawing.edges(list(listed))
     assert [{room} for room in listed] == [rooms & set(listed) for rooms in STREET if rooms & set(listed)]

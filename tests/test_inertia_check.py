@@ -1,6 +1,5 @@
 """The torque of ramps against the shaft's inertia: a wrong sign shows, a load, a friction or a gain does not."""
 
-import importlib
 import json
 from pathlib import Path
 
@@ -123,9 +122,8 @@ def test_ramps_are_what_structure_says_that_they_are():
     assert found["torque"] == ("speed",)
 
 
-def test_the_page_quotes_what_was_measured(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "evaluation")
-    inertia = importlib.import_module("inertia")
+def test_the_page_quotes_what_was_measured(script):
+    inertia = script("inertia")
     found = json.loads((ROOT / "results" / "inertia.json").read_text())
     page = "".join(
         (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")

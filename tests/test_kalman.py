@@ -32,12 +32,6 @@ WORK_DAYS = ("boom_asbuilt1_workday", "bucket_asbuilt1_workday")
 
 
 @pytest.fixture(scope="module")
-def units():
-    loader = machine.load_machine("mining-loader")
-    return {name: build_ddh(name, loader.unit(name)) for name in ("boom", "bucket")}
-
-
-@pytest.fixture(scope="module")
 def sensors(units):
     return {name: kalman(unit) for name, unit in units.items()}
 
@@ -311,15 +305,12 @@ def spoiled(channel, value):
 @pytest.mark.parametrize(
     ("channel", "value", "status"),
     [
-        ("motor_speed", np.nan, Status.INPUT_LOST),
-        ("motor_torque", np.nan, Status.INPUT_LOST),
-        ("motor_torque", np.inf, Status.INPUT_LOST),
-        ("oil_temperature", np.nan, Status.TEMPERATURE_LOST),
-        ("oil_temperature", 20.0, Status.TEMPERATURE_LOST),
-        ("motor_speed", 5000.0, Status.IMPLAUSIBLE_SPEED),
+        ("motor_speed", np.nan, Status.INPUT_LOST), ("motor_torque", np.nan, Status.INPUT_LOST),
+        ("motor_torque", np.inf, Status.INPUT_LOST), ("oil_temperature", np.nan, Status.TEMPERATURE_LOST),
+        ("oil_temperature", 20.0, Status.TEMPERATURE_LOST), ("motor_speed", 5000.0, Status.IMPLAUSIBLE_SPEED),
         ("motor_torque", 900.0, Status.IMPLAUSIBLE_TORQUE),
     ],
-)
+)  # fmt: skip
 def test_an_input_that_cannot_be_is_named_at_once(sensors, channel, value, status):
     quiet, faulty = status_with(sensors["boom"], spoiled(channel, value))
     assert (quiet < Status.OUTSIDE_TORQUE).all()

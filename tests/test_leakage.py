@@ -16,6 +16,7 @@ from ramsight.logs import read_log
 from ramsight.plant.ddh import build_ddh
 
 from .command import at_once
+from .log_bench import own_names
 
 RPM = np.pi / 30
 UNITS = {name: build_ddh(name, unit) for name, unit in machine.load_machine("mining-loader").units.items()}
@@ -87,23 +88,6 @@ def test_the_summary_says_what_the_figure_depends_on(trace):
     assert "leak factor 1.1" in text
     assert "60 rpm" in text
     assert "100 rpm" in text
-
-
-def own_names(log, path, position=None):
-    """A log whose columns have a maker's names and units, and the map that says which is what."""
-    columns = {"t": log["time"], "n": log["motor_speed"], "M": log["motor_torque"] * 10.0}
-    columns |= {"T": log["oil_temperature"] - 273.15}
-    if position is not None:
-        columns["x"] = position * 1e3
-    rows = np.column_stack([column.values for column in columns.values()])
-    np.savetxt(path / "own.csv", rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
-    measured = '[measured]\nposition = { channel = "x", unit = "mm" }\n' if position is not None else ""
-    (path / "map.toml").write_text(
-        'time = { channel = "t", unit = "s" }\nspeed = { channel = "n", unit = "rad/s" }\n'
-        'torque = { channel = "M", unit = "percent", rated = "10 N m" }\n'
-        'temperature = { channel = "T", unit = "degC" }\n' + measured
-    )
-    return path / "own.csv", path / "map.toml"
 
 
 def test_a_log_with_names_of_its_own_takes_a_map(trace, tmp_path):

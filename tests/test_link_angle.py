@@ -13,7 +13,6 @@ from ramsight.duty import DriveReport, report, simulate
 from ramsight.duty.link_report import LinkReport, declared_link
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
-from ramsight.logs import read_log, write_log
 from ramsight.plant.build import build
 from ramsight.plant.linkage import build_mechanism, joints
 from ramsight.plant.linkage.lever import lever
@@ -131,27 +130,6 @@ def test_a_lagging_angle_is_moved_on(leaky):
         one.start(float(leaky["position"][0]))
         errors.append(float(np.sqrt((within(one.track(log), leaky) ** 2).mean())))
     assert errors[0] < 0.8 * errors[1]
-
-
-def test_logs_keep_angles(tmp_path, leaky):
-    log = log_of(leaky).isel(time=slice(0, 200))
-    for name in ("log.csv", "log.parquet"):
-        write_log(log, tmp_path / name)
-        back = read_log(tmp_path / name)
-        assert np.allclose(back["link_angle"], log["link_angle"], atol=1e-9)
-        assert back["link_angle"].attrs["units"] == "rad"
-
-
-def test_a_map_names_the_angle(tmp_path):
-    rows = "".join(f"{0.02 * k:.2f},1500,12.5,40,{15 + 0.5 * k}\n" for k in range(100))
-    (tmp_path / "log.csv").write_text(f"t,n,M,T,tilt\n{rows}")
-    (tmp_path / "map.toml").write_text(
-        'time = {channel = "t", unit = "s"}\nspeed = {channel = "n", unit = "rpm"}\n'
-        'torque = {channel = "M", unit = "N m"}\ntemperature = {channel = "T", unit = "degC"}\n'
-        'link_angle = {channel = "tilt", unit = "deg", sign = -1, offset = 5.0}\n'
-    )
-    log = read_log(tmp_path / "log.csv", tmp_path / "map.toml")
-    assert float(log["link_angle"][10]) == pytest.approx(math.radians(-(20.0 + 5.0)))
 
 
 def test_a_declared_angle_is_rehearsed_and_used(tmp_path):

@@ -160,11 +160,8 @@ WRONG = [
     (CRANE, 'mass = "300 kg"', 'mass = "300 m"', "bodies.hook.mass", "mass"),
     (CRANE, "pivot = { x", "direction = { x", "bodies.boom.direction", "unknown key"),
     (
-        EXCAVATOR,
-        'rod = { x = "5.4 m", z = "-0.8 m", body = "rocker" }',
-        'rod = { x = "5.4 m", z = "-0.8 m", body = "bucket" }',
-        "cylinders.bucket",
-        "which has to be free",
+        EXCAVATOR, 'rod = { x = "5.4 m", z = "-0.8 m", body = "rocker" }',
+        'rod = { x = "5.4 m", z = "-0.8 m", body = "bucket" }', "cylinders.bucket", "which has to be free",
     ),
     (
         EXCAVATOR,
@@ -174,7 +171,7 @@ WRONG = [
         "not both",
     ),
     (EXCAVATOR, 'body = "rocker" } }', 'body = "bucket" } }', "link.to.body", "no such body named before"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("text", "old", "new", "key", "words"), WRONG)

@@ -59,16 +59,8 @@ def test_a_command_may_hold_for_several_samples(press):
     now = several.advance(SPEED, dt="180 ms")
     assert now == several.now == one.now
     assert [round(report["time"], 9) for report in several.reports] == [
-        0.04,
-        0.06,
-        0.08,
-        0.1,
-        0.12,
-        0.14,
-        0.16,
-        0.18,
-        0.2,
-    ]
+        0.04, 0.06, 0.08, 0.1, 0.12, 0.14, 0.16, 0.18, 0.2,
+    ]  # fmt: skip
 
 
 def test_a_load_is_reached_at_the_next_sample_and_stays(press):

@@ -1,6 +1,5 @@
 """A drive whose frames freeze, are zero or late: told within 0.2 s by what the map names; a healthy one never is."""
 
-import importlib
 import math
 from pathlib import Path
 
@@ -12,11 +11,10 @@ from ramsight.deploy.encoder.alarms import Fault
 from ramsight.deploy.encoder.liveness import LATE, RESTARTS, Counted, Liveness, Report
 from ramsight.deploy.encoder.witnesses import witnesses
 from ramsight.errors import DescriptionError
-from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import Sequence
 
 from .command import at_once
-from .encoder_bus import DRIVE, NODE, Master, boom
+from .encoder_bus import DRIVE, NODE, Master, boom, bus_map
 
 ENABLED, SWITCHED_ON, PERIOD = 0x0637, 0x0633, 0.02
 NOISY = ', noise = "0.5 N m"'
@@ -190,25 +188,16 @@ def test_zeros_right_after_fast_motion_are_no_reports(speed, torque, zeros, stal
 # ---- the encoder
 
 
-def map_file(folder, noise="", further="", objects='"606Ch", "6077h"', more=""):
-    path = folder / "map.toml"
-    path.write_text(
-        f'speed = {{channel = "606Ch", unit = "1/min"}}\ntorque = {{channel = "6077h", rated = "80 N m"{noise}}}\n'
-        f'temperature = {{constant = "40 degC"}}\n{further}'
-        f"[[can.pdo]]\ncob_id = {0x180 + DRIVE}\nobjects = [{objects}]\n{more}"
+def map_of(folder, noise="", further="", objects=("606Ch", "6077h"), more=()):
+    return bus_map(
+        folder, (0x180 + DRIVE, *objects), *more, torque=f'channel = "6077h", rated = "80 N m"{noise}', more=further
     )
-    return path
 
 
-def ready(folder, noise="", further="", objects='"606Ch", "6077h", "2001h UINT8"'):
+def ready(folder, noise="", further="", objects=("606Ch", "6077h", "2001h UINT8")):
     """An encoder that knows its position, and the number of the next frame."""
-    bus = Master(
-        encoder_for(
-            boom(),
-            load_map(map_file(folder, noise, further, objects)),
-            Settings(NODE, DRIVE, overrides={(0x2004, 0): 200}),
-        )
-    )
+    settings = Settings(NODE, DRIVE, overrides={(0x2004, 0): 200})
+    bus = Master(encoder_for(boom(), map_of(folder, noise, further, objects), settings))
     bus.node.nmt.state = "OPERATIONAL"
     follow(bus, range(10))
     bus.node.sdo[0x6003].raw = 10000
@@ -272,8 +261,8 @@ def test_half_a_second_late_is_told_at_once(tmp_path):
 
 
 def test_a_drive_that_is_not_enabled_has_no_torque(tmp_path):
-    options = {"further": STATED, "objects": '"606Ch", "6077h", "6041h"'}
-    bus = Master(encoder_for(boom(), load_map(map_file(tmp_path, **options)), Settings(NODE, DRIVE)))
+    stated = map_of(tmp_path, further=STATED, objects=("606Ch", "6077h", "6041h"))
+    bus = Master(encoder_for(boom(), stated, Settings(NODE, DRIVE)))
     bus.node.nmt.state = "OPERATIONAL"
     follow(bus, range(10), state=ENABLED)
     bus.node.sdo[0x6003].raw = 10000
@@ -321,24 +310,23 @@ def test_a_heartbeat_tells_the_drives_state_where_it_is_watched(tmp_path, state,
 )  # fmt: skip
 def test_a_map_that_cannot_be_is_refused(tmp_path, further, said):
     with pytest.raises(DescriptionError, match=said):
-        load_map(map_file(tmp_path, further=further))
+        map_of(tmp_path, further=further)
 
 
 def test_a_number_of_another_frame_is_refused(tmp_path):
-    more = f'[[can.pdo]]\ncob_id = {0x280 + DRIVE}\nobjects = ["2001h UINT8"]\n'
     with pytest.raises(DescriptionError, match="in another frame than the torque"):
-        witnesses(load_map(map_file(tmp_path, further=NUMBERED, more=more)))
+        witnesses(map_of(tmp_path, further=NUMBERED, more=[(0x280 + DRIVE, "2001h UINT8")]))
 
 
 def test_check_says_what_a_bus_lacks(tmp_path):
-    everything = map_file(tmp_path, NOISY, NUMBERED + STATED, '"606Ch", "6077h", "2001h UINT8", "6041h UINT8"')
-    done = at_once("check", "mining-loader", "--unit", "boom", "--map", everything)
+    map_of(tmp_path, NOISY, NUMBERED + STATED, ("606Ch", "6077h", "2001h UINT8", "6041h UINT8"))
+    done = at_once("check", "mining-loader", "--unit", "boom", "--map", tmp_path / "map.toml")
     shown = done.stdout.partition("what tells that the drive's data are alive\n")[2]
     assert [line.split()[:2] for line in shown.splitlines() if not line.startswith(" ")] == [
         ["sequence", "yes"], ["noise", "yes"], ["state", "yes"], ["heartbeat", "no"]
     ]  # fmt: skip
     assert "7 equal torques in a row" in shown
-    little = witnesses(load_map(map_file(tmp_path, ', noise = "0.01 N m"')))
+    little = witnesses(map_of(tmp_path, ', noise = "0.01 N m"'))
     assert [there for _, there, _ in little] == [False] * 4
     assert "too little to be seen" in little[1][2]
 
@@ -353,10 +341,9 @@ def test_a_drive_that_turned_while_disabled_is_not_believed_before_it_is_enabled
     assert new == [True, True, False, False, True]
 
 
-def test_every_kind_of_a_drive_that_misbehaves_changes_what_is_sent(monkeypatch):
+def test_every_kind_of_a_drive_that_misbehaves_changes_what_is_sent(monkeypatch, script):
     """`make fuzz` sends them to a whole encoder; kinds that change nothing would be counted as true."""
-    monkeypatch.syspath_prepend("fuzz")
-    kinds = importlib.import_module("drive_kinds")
+    kinds = script("drive_kinds", "fuzz")
     rng, begin = np.random.default_rng(68), 8.01
     frames = [(PERIOD * k, 1100 + k % 7, 240 + k % 11) for k in range(900)]
     drive = kinds.Prepared(judge=None, frames=frames, channel_map=Path("drive.toml"), tells=True)

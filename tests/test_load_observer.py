@@ -1,5 +1,6 @@
 """The load from the motor's torque: found, followed, and never paid for with oil that is not there."""
 
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -20,18 +21,7 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.virtual_sensor import Report, close
 
 from .plant_bench import UNITS
-from .sensor_bench import (
-    WARM,
-    Stepped,
-    begin,
-    changing,
-    cycle,
-    load_observer,
-    lowered,
-    moves,
-    observers,
-    quiet,
-)
+from .sensor_bench import WARM, Stepped, begin, changing, cycle, load_observer, lowered, moves, observers, quiet
 
 LOCKED = ["mining-loader boom", "mining-loader bucket", "forklift-mast lift"]
 FREE = ["eha-test-bench axis", "eha-single-rod axis"]
@@ -39,10 +29,29 @@ FREE = ["eha-test-bench axis", "eha-single-rod axis"]
 
 def followed(name, run, log):
     """What the observer says of a run that begins where it is told, and by how much it is wrong [m]."""
-    observer = observers(name)
-    begin(observer, float(run["position"][0]))
-    said = observer.track(log)
+    said = begun(observers(name), run).track(log)
     return said, said["position"] - run["position"].values
+
+
+def begun(observer, run):
+    """An observer that begins where a run does."""
+    begin(observer, float(run["position"][0]))
+    return observer
+
+
+def through(name, share=0.4):
+    """A unit, its observer at the end of a cycle, the cycle's log, and what was said of it."""
+    run, log = cycle(UNITS[name], share)
+    observer = begun(observers(name), run)
+    return UNITS[name], observer, log, observer.track(log)
+
+
+@contextmanager
+def kept(observer):
+    """The observer's state is what it was, in the end."""
+    before = observer.state.copy()
+    yield before
+    observer.state = before
 
 
 def full_speed(run, unit, lifts=1.0, after=0.3):
@@ -158,10 +167,7 @@ def at_rest(after, seconds, period, torque, noise, seed):
 
 @pytest.mark.parametrize("name", LOCKED)
 def test_noise_of_the_torque_alone_does_not_move_a_rod_at_rest(name):
-    unit, observer = UNITS[name], observers(name)
-    run, log = cycle(unit)
-    begin(observer, float(run["position"][0]))
-    observer.track(log)
+    unit, observer, log, _ = through(name)
     settled = observer.track(at_rest(log["time"], 200.0, 0.1, 0.0, 0.0, 0))  # the pumps' sides leak empty meanwhile
     noisy = observer.track(at_rest(log["time"] + 200.0, 1000.0, 0.1, 0.0, 0.005 * limits_of(unit).torque, 1))
     assert np.ptp(noisy["position"]) < 0.2e-3
@@ -170,12 +176,9 @@ def test_noise_of_the_torque_alone_does_not_move_a_rod_at_rest(name):
 
 @pytest.mark.parametrize("name", FREE)
 def test_a_rod_that_the_pump_holds_sinks_by_leakage_whatever_the_noise(name):
-    unit, observer = UNITS[name], observers(name)
-    run, log = cycle(unit)
     ends = []
     for noise, seed in ((0.0, 0), (0.007, 1), (0.007, 2)):
-        begin(observer, float(run["position"][0]))
-        said = observer.track(log)
+        unit, observer, log, said = through(name)
         torque = float(said["expected"][-1])
         after = observer.track(at_rest(log["time"], 3.0, 0.02, torque, noise * limits_of(unit).torque, seed))
         ends.append(after["position"][-1])
@@ -189,17 +192,22 @@ def test_no_torque_moves_the_load_by_more_than_virtual_work_allows(name):
     unit, observer = UNITS[name], observers(name)
     run, log = cycle(unit)
     wild = log.copy(deep=True)
-    wild["motor_torque"].values[::17] += limits_of(unit).torque * np.where(
-        np.arange(log.sizes["time"])[::17] % 2, 1, -1
-    )
-    begin(observer, float(run["position"][0]))
-    said = observer.track(wild)
+    signs = np.where(np.arange(log.sizes["time"])[::17] % 2, 1, -1)
+    wild["motor_torque"].values[::17] += limits_of(unit).torque * signs
+    said = begun(observer, run).track(wild)
     changes = np.abs(np.diff(said["load"]))
     most = np.abs(said["innovation"][1:]) / unit.travel_per_radian
     assert (changes <= most * (1.0 + 1e-9) + 1e-6).all()
     assert (changes > 0.2 * most).any()
     assert (said["state_load.variance"] >= 0.0).all()
     assert (said["state_load.first_variance"] >= 0.0).all()
+
+
+def with_factors(unit, k, by, run, log):
+    """A log followed with a factor that is larger, smaller, and as it is."""
+    for sign in (1.0, -1.0, 0.0):
+        factors = [1.0 + (sign * by if i == k else 0.0) for i in range(len(FACTORS))]
+        yield begun(load_observer(unit, factors), run).track(log)
 
 
 @pytest.mark.parametrize("name", ["mining-loader boom", "eha-single-rod axis", "press ram"])
@@ -211,13 +219,7 @@ def test_it_knows_where_it_would_be_with_another_factor(name, k):
     """
     unit, by = without_friction(UNITS[name]), [0.01, 1e-4, 0.01][k]
     run, log = cycle(unit)
-    said = []
-    for sign in (1.0, -1.0, 0.0):
-        factors = [1.0 + (sign * by if i == k else 0.0) for i in range(len(FACTORS))]
-        observer = load_observer(unit, factors)
-        begin(observer, float(run["position"][0]))
-        said.append(observer.track(log))
-    plus, minus, plain = said
+    plus, minus, plain = with_factors(unit, k, by, run, log)
     known = np.flatnonzero(full_speed(run, unit))[0]  # the first load that is found moves the position by nothing
     expected = (plus["position"] - minus["position"])[known:] / (2.0 * by)
     found = np.cumsum(plain[f"travel_by_{FACTORS[k]}"])[known:]
@@ -239,12 +241,7 @@ def test_oil_that_is_softer_than_believed_gives_way_under_a_load_that_grows(name
     load, share = limits_of(unit).load, min(0.3, 0.4 * UNITS[name].cylinder.stroke / (2.5 * lifting_speed(unit)))
     loads = changing([(0.0, 0.2 * load), (1.2, 0.2 * load), (2.0, 0.6 * load), (2.5, 0.6 * load)])
     run, log = moves(unit, [(0.0, 0.0), (0.3, share), (2.5, share)], loads, lowered(unit, 0.3 * unit.cylinder.stroke))
-    said = []
-    for sign in (1.0, -1.0, 0.0):
-        observer = load_observer(unit, [1.0 + (sign * by if i == k else 0.0) for i in range(len(FACTORS))])
-        begin(observer, float(run["position"][0]))
-        said.append(observer.track(log))
-    plus, minus, plain = said
+    plus, minus, plain = with_factors(unit, k, by, run, log)
     grows = (run["time"].values > 1.1) & (run["time"].values < 2.3)
     expected = (plus["position"] - minus["position"])[grows] / (2.0 * by)
     found = np.cumsum(plain["travel_by_compliance"])[grows]
@@ -280,25 +277,16 @@ def test_a_sample_at_the_same_time_changes_nothing():
     name = "mining-loader boom"
     run, log = cycle(UNITS[name])
     twice = log.isel(time=np.repeat(np.arange(200, 300), 2))
-    observer = observers(name)
-    begin(observer, float(run["position"][0]))
-    said = observer.track(twice)
-    for key in (
-        "position",
-        "load",
-        "state_load.circuit.pressure_chamber_a",
-        "state_load.variance",
-        "state_load.sensitivities.leak.load",
-    ):
+    said = begun(observers(name), run).track(twice)
+    states = ("circuit.pressure_chamber_a", "variance", "sensitivities.leak.load")
+    for key in ("position", "load", *(f"state_load.{one}" for one in states)):
         assert said[key][2::2] == pytest.approx(said[key][3::2], rel=1e-12), key
     assert said["travel"][3::2] == pytest.approx(np.zeros(99))
 
 
 def test_friction_at_a_standstill_is_that_of_the_pumps():
-    name = "eha-test-bench axis"
-    unit, found = UNITS[name], balance(UNITS[name])
-    run, log = cycle(unit)
-    said, _ = followed(name, run, log)
+    unit, _, _, said = through("eha-test-bench axis")
+    run, found = cycle(unit)[0], balance(unit)
     z = np.array([said["position"][-1], *(said[f"state_load.circuit.{name}"][-1] for name in found.states[1:])])
     p = found.parameters_at(list(found.values), WARM)
     up, down = (float(found.torque(z, speed, 0.0, p)) for speed in (3.0, -3.0))
@@ -311,11 +299,9 @@ def test_friction_at_a_standstill_is_that_of_the_pumps():
 
 def test_a_torque_is_unsure_where_a_valve_may_be_closed_already():
     """A motor that comes to stand: at the speed that it ends with the mast would rest on its valve, not on the pump."""
-    name = "forklift-mast lift"
-    run, log = cycle(UNITS[name])
-    said, _ = followed(name, run, log)
-    own = Assumptions().drive.torque * limits_of(UNITS[name]).torque
-    speed, steady = log["motor_speed"].values, full_speed(run, UNITS[name], after=0.5)
+    unit, _, log, said = through("forklift-mast lift")
+    own = Assumptions().drive.torque * limits_of(unit).torque
+    speed, steady = log["motor_speed"].values, full_speed(cycle(unit)[0], unit, after=0.5)
     assert np.median(said["noise"][steady]) == pytest.approx(own, rel=0.1)
     stops = np.flatnonzero(
         (speed[:-1] > 0.0) & (speed[:-1] < 5.0) & (speed[1:] < 1e-6) & (log["time"].values[:-1] > 2.0)
@@ -329,8 +315,7 @@ def test_a_held_piston_shows_the_compliance_in_its_torque():
     run, log = cycle(unit)
     said = []
     for compliance in (1.0 + by, 1.0 - by, 1.0):
-        held = observed(unit, held=1.0, factors=[1.0, 1.0, compliance])
-        begin(held, float(run["position"][0]))
+        held = begun(observed(unit, held=1.0, factors=[1.0, 1.0, compliance]), run)
         said.append(held.track(log.isel(time=slice(0, 90))))
     plus, minus, plain = said
     shown = (plus["expected"] - minus["expected"]) / (2.0 * by)
@@ -386,8 +371,7 @@ def observed(unit, *, held=0.0, shift=None, release=False, factors=None):
 def test_pressures_follow_factors_that_change_by_their_derivatives():
     unit = UNITS["mining-loader boom"]
     run, log = cycle(unit)
-    plain = observers("mining-loader boom")
-    begin(plain, float(run["position"][0]))
+    plain = begun(observers("mining-loader boom"), run)
     plain.track(log.isel(time=slice(0, 200)))
     before, sample = plain.state.copy(), log.isel(time=slice(200, 201))
     said = plain.track(sample)
@@ -409,15 +393,11 @@ def test_pressures_follow_factors_that_change_by_their_derivatives():
 def test_a_held_piston_takes_no_load_from_the_torque_and_its_load_is_what_it_carries_when_it_is_let_go():
     unit = UNITS["mining-loader boom"]
     run, log = cycle(unit)
-    held = observed(unit, held=1.0)
-    begin(held, float(run["position"][0]))
-    said = held.track(log.isel(time=slice(0, 200)))
+    said = begun(observed(unit, held=1.0), run).track(log.isel(time=slice(0, 200)))
     assert np.abs(said["position"] - said["position"][0]).max() < 1e-6
     assert np.ptp(said["load"]) == 0.0
     assert np.ptp(said["carried"]) > 0.1 * limits_of(unit).load
-    freed = observed(unit, held=1.0, release=True)
-    begin(freed, float(run["position"][0]))
-    said = freed.track(log.isel(time=slice(0, 200)))
+    said = begun(observed(unit, held=1.0, release=True), run).track(log.isel(time=slice(0, 200)))
     assert said["state_load.load"] == pytest.approx(said["carried"], rel=1e-12)
 
 
@@ -456,8 +436,7 @@ def test_oil_of_a_piston_that_was_not_held_after_all_is_travel_as_far_as_the_tor
     more = {"came": (came, "m"), "released": (released, "1"), "carried": (step.load.carried, "N")}
     position = state.position + step.motion.travel + came
     stepped = done(replace(state, position=position, load=load, unheld=unheld, since=now, pumped=delivers), step, more)
-    begin(stepped, float(run["position"][0]))
-    said = stepped.track(log)
+    said = begun(stepped, run).track(log)
     at = int(np.argmax(said["released"]))
     before = int(np.argmax(said["state_since"] > 0.0)) - 1
     compressed = said["carried"][at] - said["carried"][before]
@@ -477,9 +456,8 @@ def test_a_drive_with_more_noise_is_followed_more_slowly():
     log = report(run, quiet(unit, seed=4, share=0.02))
     spreads = []
     for torque in (0.005, 0.02):
-        observer = load_observer(unit, assumptions=Assumptions(drive=type(Assumptions().drive)(torque=torque)))
-        begin(observer, float(run["position"][0]))
-        said = observer.track(log)
+        assumptions = Assumptions(drive=type(Assumptions().drive)(torque=torque))
+        said = begun(load_observer(unit, assumptions=assumptions), run).track(log)
         spreads.append(np.std(np.diff(said["load"][full_speed(run, unit)])))
     assert spreads[1] < 0.7 * spreads[0]
 
@@ -507,8 +485,7 @@ def tight():
     """A pump that holds its load and leaks nothing, at rest: the observer, its torque and its time."""
     unit = UNITS["eha-test-bench axis"]
     run, log = cycle(unit)
-    observer = load_observer(unit, [1e-6, 1.0, 1.0])
-    begin(observer, float(run["position"][0]))
+    observer = begun(load_observer(unit, [1e-6, 1.0, 1.0]), run)
     said = observer.track(log)
     after = observer.track(at_rest(log["time"], 5.0, 0.02, float(said["expected"][-1]), 0.0, 0))
     return observer, float(after["expected"][-1]), log["time"] + 5.0
@@ -517,14 +494,14 @@ def tight():
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_load_that_friction_holds_at_rest_moves_nothing(tight, sign):
     observer, torque, time = tight
-    before, place = observer.state.copy(), observer.sensor.recursion.state.index("load.load")
+    place, still = observer.sensor.recursion.state.index("load.load"), at_rest(time, 0.02, 0.02, torque, 0.0, 0)
     most, travel = UNITS["eha-test-bench axis"].cylinder.coulomb_friction, {}
-    carried = observer.track(at_rest(time, 0.02, 0.02, torque, 0.0, 0))["carried"][0]
-    for share in (0.8, 5.0):
-        observer.state = before.copy()
-        observer.state[place] = carried + sign * share * most
-        travel[share] = observer.track(at_rest(time, 0.02, 0.02, torque, 0.0, 0))["travel"][0]
-    observer.state = before
+    with kept(observer) as before:
+        carried = observer.track(still)["carried"][0]
+        for share in (0.8, 5.0):
+            observer.state = before.copy()
+            observer.state[place] = carried + sign * share * most
+            travel[share] = observer.track(still)["travel"][0]
     assert abs(travel[0.8]) < 1e-9
     assert travel[5.0] * sign < -1e-5
 
@@ -549,8 +526,7 @@ def test_a_first_load_is_taken_at_once_though_friction_may_hide_a_part_of_it():
     name = "eha-test-bench axis"
     unit, observer = UNITS[name], observers(name)
     run, log = cycle(unit, 0.7)
-    begin(observer, float(run["position"][0]))
-    said = observer.track(log.isel(time=slice(0, 5)))
+    said = begun(observer, run).track(log.isel(time=slice(0, 5)))
     assert (said["hidden"] > 0.0).all()
     assert np.abs(said["innovation"][-1]) < 0.3 * said["hidden"][-1]
     assert said["load"][-1] == pytest.approx(0.7 * limits_of(unit).load, rel=0.15)
@@ -608,11 +584,7 @@ def test_a_load_that_changes_at_rest_leaks_as_the_torque_says(name, first, then)
 
 
 def test_behind_a_closed_valve_nothing_within_friction_is_taken():
-    name = "mining-loader bucket"
-    unit, observer = UNITS[name], observers(name)
-    run, log = cycle(unit)
-    begin(observer, float(run["position"][0]))
-    observer.track(log)
+    _, observer, log, _ = through("mining-loader bucket")
     said = observer.track(at_rest(log["time"], 1.0, 0.02, 0.8, 0.0, 0))
     assert (said["hidden"] > 0.8).all()
     assert (said["shows"][-1:] > 0.5).all(), "the other side would show it"
@@ -645,8 +617,7 @@ def test_a_load_at_its_limit_does_not_depend_on_the_factors():
     run, log = cycle(unit)
     wild = log.copy(deep=True)
     wild["motor_torque"].values[350] += 60e3 * unit.travel_per_radian
-    begin(observer, float(run["position"][0]))
-    said = observer.track(wild)
+    said = begun(observer, run).track(wild)
     for factor in FACTORS:
         assert said[f"state_load.sensitivities.{factor}.load"][350] == 0.0
         assert said[f"state_load.sensitivities.{factor}.load"][349] != 0.0
@@ -654,10 +625,7 @@ def test_a_load_at_its_limit_does_not_depend_on_the_factors():
 
 @pytest.mark.parametrize("name", LOCKED)
 def test_factors_change_no_load_while_friction_at_standstill_hides_it(name):
-    unit, observer = UNITS[name], observers(name)
-    run, log = cycle(unit)
-    begin(observer, float(run["position"][0]))
-    said = observer.track(log)
+    said = through(name)[-1]
     rest = slice(-10, None)
     assert (said["hidden"][rest] > 0.0).all()
     assert np.abs(said["innovation"][rest]).max() < 1e-3

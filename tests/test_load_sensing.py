@@ -102,15 +102,11 @@ def test_the_baseline_takes_over_what_was_chosen_for_the_boom(boom):
 def test_the_verdict_follows_the_energies():
     cheap, dear = (
         {
-            "net": net,
-            "battery_gives": 100.0,
-            "gets_back": 0.0,
-            "shaft_at_rest": 1.0,
-            "directional valve": 1.0,
+            "net": net, "battery_gives": 100.0, "gets_back": 0.0, "shaft_at_rest": 1.0, "directional valve": 1.0,
             "pumps": 1.0,
         }
         for net in (50.0, 100.0)
-    )
+    )  # fmt: skip
     assert saves({"high": {"direct drive": cheap, "valve-controlled": dear}}).verdict is Verdict.REPRODUCED
     assert saves({"high": {"direct drive": dear, "valve-controlled": cheap}}).verdict is Verdict.CONTRADICTED
     assert saves({}).verdict is Verdict.NOT_TESTABLE

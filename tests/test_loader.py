@@ -108,12 +108,10 @@ def test_a_units_part_is_a_run_like_any_other_and_a_drive_reports_it(cycle):
 @pytest.mark.parametrize(
     ("unit", "speed", "start", "stop"),
     [
-        ("boom", 250.0, 0.66, 0.7),
-        ("boom", -250.0, 0.04, 0.0),
-        ("bucket", 150.0, 0.45, 0.5),
+        ("boom", 250.0, 0.66, 0.7), ("boom", -250.0, 0.04, 0.0), ("bucket", 150.0, 0.45, 0.5),
         ("bucket", -150.0, 0.05, 0.0),
     ],
-)
+)  # fmt: skip
 def test_end_stops_hold_until_the_relief_valve_opens(unit, speed, start, stop):
     """A pump that presses on against the stop opens a relief valve; the rod goes no deeper than 2 mm."""
     places = {"boom": 0.3, "bucket": 0.25} | {unit: start}

@@ -13,13 +13,10 @@ from .command import at_once
 
 BENCH, SERVICE = machine.load_machine("mining-loader"), machine.load_machine("mining-loader-in-service")
 HONEST = {
-    "cylinder.stribeck_velocity": (5e-3, 30e-3),
-    "cylinder.pressure_friction": (0.02, 0.05),
-    "anticavitation_valve.cracking_pressure": (0.2e5, 0.5e5),
-    "safety_valve.opening_time": (20e-3, 80e-3),
-    "tank.pressure": (3e5, 5e5),
-    "oil.viscosity_40c": (28.8e-6, 35.2e-6),
-}
+    "cylinder.stribeck_velocity": (5e-3, 30e-3), "cylinder.pressure_friction": (0.02, 0.05),
+    "anticavitation_valve.cracking_pressure": (0.2e5, 0.5e5), "safety_valve.opening_time": (20e-3, 80e-3),
+    "tank.pressure": (3e5, 5e5), "oil.viscosity_40c": (28.8e-6, 35.2e-6),
+}  # fmt: skip
 """What is spread, and from where to where [SI]."""
 
 

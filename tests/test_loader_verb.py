@@ -35,12 +35,8 @@ def done(tmp_path_factory):
 def test_the_loader_works_and_leaves_all_its_files(done):
     out, said = done
     assert sorted(file.name for file in out.iterdir()) == [
-        "control.png",
-        "control.svg",
-        "loader.gif",
-        "loader.html",
-        "results.json",
-    ]
+        "control.png", "control.svg", "loader.gif", "loader.html", "results.json",
+    ]  # fmt: skip
     found = json.loads((out / "results.json").read_text())
     assert found["stopped"] == ""
     assert found["options"]["payload"] == 5000.0
@@ -95,14 +91,11 @@ def test_nothing_is_left_where_nothing_can_be_written(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (["--leak", "99"], "--leak"),
-        (["--oil-temperature", "300 degC"], "--oil-temperature"),
-        (["--payload", "3 bar"], "--payload"),
-        (["--drive-delay", "2 s"], "--drive-delay"),
-        (["press"], "has no mechanism"),
-        (["forklift-mast"], "boom and bucket"),
+        (["--leak", "99"], "--leak"), (["--oil-temperature", "300 degC"], "--oil-temperature"),
+        (["--payload", "3 bar"], "--payload"), (["--drive-delay", "2 s"], "--drive-delay"),
+        (["press"], "has no mechanism"), (["forklift-mast"], "boom and bucket"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_is_refused_at_once(tmp_path, arguments, text):
     from film.__main__ import app
     from ramsight.errors import RamsightError

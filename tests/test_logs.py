@@ -13,25 +13,20 @@ from ramsight.errors import OutputError
 from ramsight.logs import read_log, read_truth, write_log
 from ramsight.logs.csv_table import read_columns
 
-HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c"
+from . import log_bench
+from .log_bench import HEADER
+
 ROWS = ["0.00,0,-0.6875,39.8", "0.02,1500,12.5,40.1", "0.04,-1500,0,39.7"]
 PLAIN = "\n".join([HEADER, *ROWS]) + "\n"
 
 
 def written(folder, content, name="log.csv"):
-    path = folder / name
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return path
+    return log_bench.written(folder, content, name)
 
 
 def drive_log(time, speed, torque, temperature, reference=None):
-    variables = {
-        "motor_speed": ("time", speed),
-        "motor_torque": ("time", torque),
-        "oil_temperature": ("time", temperature),
-    }
-    if reference is not None:
-        variables["reference"] = ("time", reference)
+    columns = {"motor_speed": speed, "motor_torque": torque, "oil_temperature": temperature, "reference": reference}
+    variables = {name: ("time", values) for name, values in columns.items() if values is not None}
     return xarray.Dataset(variables, coords={"time": ("time", time)})
 
 
@@ -47,51 +42,35 @@ def test_a_log_is_read_into_si_units(tmp_path):
     assert all(log[name].dtype == np.float64 for name in log.variables)
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        "\ufeff" + PLAIN,
-        PLAIN.replace("\n", "\r\n"),
-        PLAIN.replace("\n", "\r"),
-        PLAIN.rstrip("\n"),
-        PLAIN + "\n\n  \n\r\n",
-        PLAIN.replace(",", " ,\t"),
-        "\n".join(f"  {line}  " for line in PLAIN.splitlines()),
-        "\n".join(",".join(reversed(line.split(","))) for line in PLAIN.splitlines()),
-        "\n".join(f"{line},x" for line in PLAIN.splitlines()),
-        "\n".join(f"{line}," for line in PLAIN.splitlines()),
-        "\n".join(f'"{line.replace(",", chr(34) + "," + chr(34))}"' for line in PLAIN.splitlines()),
-        "\n".join(f'{line},"a, b"' for line in PLAIN.splitlines()),
-        PLAIN.replace(",", ";").replace(".", ","),
-        PLAIN.replace(",", ";"),
-        PLAIN.replace("0.02", "2e-2"),
-        "\n".join(f"{line},Öltemperatur 漢" for line in PLAIN.splitlines()),
-    ],
-    ids=[
-        "byte-order mark",
-        "CRLF",
-        "CR",
-        "no newline at the end",
-        "blank lines at the end",
-        "blanks around cells",
-        "blanks around lines",
-        "other order",
-        "text in another column",
-        "comma at the end",
-        "quotes",
-        "quoted comma",
-        "semicolon and decimal comma",
-        "semicolon and decimal point",
-        "exponent",
-        "letters beyond ASCII",
-    ],
-)
-@pytest.mark.parametrize("packed", [False, True], ids=["csv", "csv.gz"])
-def test_the_same_log_in_another_form_reads_the_same(tmp_path, content, packed):
+def by_line(change):
+    return "\n".join(change(line) for line in PLAIN.splitlines())
+
+
+FORMS = {
+    "byte-order mark": "\ufeff" + PLAIN,
+    "CRLF": PLAIN.replace("\n", "\r\n"),
+    "CR": PLAIN.replace("\n", "\r"),
+    "no newline at the end": PLAIN.rstrip("\n"),
+    "blank lines at the end": PLAIN + "\n\n  \n\r\n",
+    "blanks around cells": PLAIN.replace(",", " ,\t"),
+    "blanks around lines": by_line(lambda line: f"  {line}  "),
+    "other order": by_line(lambda line: ",".join(reversed(line.split(",")))),
+    "text in another column": by_line(lambda line: f"{line},x"),
+    "comma at the end": by_line(lambda line: f"{line},"),
+    "quotes": by_line(lambda line: ",".join(f'"{cell}"' for cell in line.split(","))),
+    "quoted comma": by_line(lambda line: f'{line},"a, b"'),
+    "semicolon and decimal comma": PLAIN.replace(",", ";").replace(".", ","),
+    "semicolon and decimal point": PLAIN.replace(",", ";"),
+    "exponent": PLAIN.replace("0.02", "2e-2"),
+    "letters beyond ASCII": by_line(lambda line: f"{line},Öltemperatur 漢"),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("name", ["other.csv", "other.csv.gz"])
+def test_the_same_log_in_another_form_reads_the_same(tmp_path, form, name):
     expected = read_log(written(tmp_path, PLAIN))
-    data = content.encode()
-    path = written(tmp_path, gzip.compress(data) if packed else data, "other.csv.gz" if packed else "other.csv")
-    xarray.testing.assert_identical(read_log(path), expected)
+    xarray.testing.assert_identical(read_log(written(tmp_path, FORMS[form], name)), expected)
 
 
 def test_truth_does_not_get_into_a_drive_log(tmp_path):
@@ -166,13 +145,8 @@ finite = {"allow_nan": False, "allow_infinity": False}
 )
 def test_any_log_written_is_read_the_same(tmp_path_factory, rows, start, packed, has_reference):
     steps, speed, torque, temperature, reference = map(list, zip(*rows, strict=True))
-    log = drive_log(
-        start + np.cumsum(steps),
-        speed,
-        torque,
-        temperature,
-        [np.nan if r is None else r for r in reference] if has_reference else None,
-    )
+    known = [np.nan if r is None else r for r in reference] if has_reference else None
+    log = drive_log(start + np.cumsum(steps), speed, torque, temperature, known)
     path = tmp_path_factory.mktemp("log") / ("log.csv.gz" if packed else "log.csv")
     write_log(log, path)
     again = read_log(path)

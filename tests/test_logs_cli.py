@@ -12,11 +12,10 @@ from ramsight.calibration.sensors import sensor_for
 from ramsight.errors import LogError
 from ramsight.logs import open_log, read_log, write_log
 from ramsight.logs.inspect import inspect_log
-from ramsight.machine import load_machine
-from ramsight.plant.ddh import build_ddh
 from ramsight.tracking.pieces import track_pieces
 
 from .command import as_command, at_once
+from .log_bench import pdo_map, roles, written
 
 DBC = Path(__file__).parent / "can" / "drive.dbc"
 
@@ -75,11 +74,6 @@ def test_a_can_log_is_looked_into_mapped_and_tracked(blf, trace, tmp_path):
     refused(track(blf, cwd=tmp_path), "day.blf", "channel map", "ramsight logs inspect")
 
 
-@pytest.fixture(scope="module")
-def boom():
-    return build_ddh("boom", load_machine("mining-loader").unit("boom"))
-
-
 @pytest.mark.parametrize("suffix", [".parquet", ".mf4", ".nc"])
 def test_the_track_is_the_same_from_and_into_every_format(trace, boom, tmp_path, suffix):
     log = read_log(trace("boom_258kN_40C").log)
@@ -95,9 +89,8 @@ def test_the_track_is_the_same_from_and_into_every_format(trace, boom, tmp_path,
             found, attributes = track.position.values, track.position.attrs
         assert attributes["units"] == "m"
     elif suffix == ".parquet":
-        found = (
-            importlib.import_module("pyarrow.parquet").read_table(tmp_path / "track.parquet")["position_m"].to_numpy()
-        )
+        table = importlib.import_module("pyarrow.parquet").read_table(tmp_path / "track.parquet")
+        found = table["position_m"].to_numpy()
     else:
         with importlib.import_module("asammdf").MDF(tmp_path / "track.mf4") as file:
             found = file.get("position_m").samples
@@ -138,10 +131,7 @@ def test_a_wrong_map_gets_one_line_and_leaves_nothing(blf, tmp_path):
 
 def test_a_map_of_another_node_is_told_from_a_log_without_samples(tmp_path):
     (tmp_path / "drive.log").write_text("(1.0) can0 185#64000000FBFF\n(1.1) can0 705#05\n")
-    (tmp_path / "map.toml").write_text(
-        'speed = {channel = "606Ch"}\ntorque = {channel = "6077h", rated = "80 N m"}\n'
-        'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x186\nobjects = ["606Ch", "6077h"]\n'
-    )
+    written(tmp_path, pdo_map(0x186, "80 N m"))
     done = at_once("track", "forklift-mast", "drive.log", "--unit", "lift", "--map", "map.toml", cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr == (
@@ -165,12 +155,8 @@ ASC_HEADER = "date Mon Jan 1 00:00:00.000 am 2024\nbase hex  timestamps absolute
     ids=["empty ASC", "header alone", "empty candump", "comment alone", "packed line"],
 )
 def test_a_log_without_a_frame_is_told_from_one_without_a_map(tmp_path, name, text):
-    file = tmp_path / name
-    file.write_bytes(gzip.compress(text.encode()) if name.endswith(".gz") else text.encode())
-    (tmp_path / "map.toml").write_text(
-        f"speed = {{channel = 'MotorSpeed'}}\ntorque = {{channel = 'MotorTorque'}}\n"
-        f"temperature = {{constant = '40 degC'}}\n[can]\ndbc = '{DBC}'\n"
-    )
+    file = written(tmp_path, text, name)
+    written(tmp_path, f"{roles('MotorSpeed', 'MotorTorque')}[can]\ndbc = '{DBC}'\n")
     for read in (read_log, lambda path: read_log(path, tmp_path / "map.toml"), inspect_log):
         with pytest.raises(LogError) as caught:
             read(file)

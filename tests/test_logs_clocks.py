@@ -1,5 +1,6 @@
 """The same motion over every clock that loggers write, in every format that holds it: the same travel, or a reason."""
 
+import contextlib
 import datetime
 import gzip
 import warnings
@@ -12,19 +13,28 @@ from ramsight.logs import load_map, read_log
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
 
-RPM = 2.0 * np.pi / 60.0
+from . import log_bench
+from .log_bench import (
+    COLUMNS,
+    NAMES,
+    OIL,
+    RPM,
+    SPEED,
+    TIME,
+    TORQUE,
+    N,
+    mapped,
+    mat,
+    parquet,
+    pdo_map,
+    roles,
+    tdms,
+    written,
+    xlsx,
+)  # fmt: skip
+
 PER_RADIAN = 2e-5  # m; more than any machine of the catalogue moves its rod
-N = 300
-TIME = np.arange(N) * 0.02
-SPEED = np.round(1500.0 * np.sin(TIME), 2)
-TORQUE = np.round(12.5 + np.cos(TIME), 3)
-NAMES = ("n_ist [1/min]", "M_ist [Nm]", "T_oil [degC]")
-COLUMNS = dict(zip(NAMES, (SPEED, TORQUE, np.full(N, 40.0)), strict=True))
-ROLES = """
-speed = {channel = "n_ist [1/min]"}
-torque = {channel = "M_ist [Nm]"}
-temperature = {channel = "T_oil [degC]"}
-"""
+ROLES = roles(temperature=NAMES[2])
 
 
 def travel(log):
@@ -33,24 +43,11 @@ def travel(log):
 
 
 def same_travel(log, skipped=0):
-    whole = {"speed": SPEED * RPM, "time": TIME}
-    steps = 0.5 * (whole["speed"][1:] + whole["speed"][:-1]) * np.diff(TIME)
+    steps = 0.5 * RPM * (SPEED[1:] + SPEED[:-1]) * np.diff(TIME)
     wanted = PER_RADIAN * np.concatenate([[0.0], np.cumsum(steps)])
     assert len(log.time) == N - skipped
     np.testing.assert_allclose(travel(log), wanted[skipped:] - wanted[skipped], atol=1e-6)
     np.testing.assert_allclose(log.motor_torque.values, TORQUE[skipped:], atol=1e-9)
-
-
-def written(folder, text, name="map.toml"):
-    file = folder / name
-    file.write_text(text, encoding="utf-8")
-    return file
-
-
-def proposed(folder, file):
-    """The log by the map that is proposed, and that map."""
-    text = map_text(inspect_log(file))
-    return read_log(file, written(folder, text)), text
 
 
 # ---- formats that hold a clock of numbers
@@ -67,70 +64,30 @@ def table(path, clocks, separator=","):
     path.write_bytes(gzip.compress(text.encode()) if path.suffix == ".gz" else text.encode())
 
 
-def parquet(path, clocks):
-    arrow, files = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
-    files.write_table(arrow.table({**clocks, **COLUMNS}), path)
+def messages(path, columns, clocks):
+    """A message a sample, arriving in bursts."""
+    kept = {name: list(map(int if np.asarray(clocks.get(name)).dtype.kind in "iu" else float, one))
+            for name, one in columns.items()}  # fmt: skip
+    arriving = [("/drive", k // 50 + 1.0, {name: one[k] for name, one in kept.items()}) for k in range(N)]
+    return log_bench.mcap(path, arriving, b"{}")
 
 
-def mat(path, clocks):
-    pytest.importorskip("scipy.io").savemat(
-        path, {"log": {name.split(" ")[0]: one for name, one in {**clocks, **COLUMNS}.items()}}
-    )
-
-
-def tdms(path, clocks):
-    nptdms = pytest.importorskip("nptdms")
-    with nptdms.TdmsWriter(path) as writer:
-        writer.write_segment(
-            [nptdms.ChannelObject("drive", name, np.asarray(one)) for name, one in {**clocks, **COLUMNS}.items()]
-        )
-
-
-def mf4(path, clocks):
-    asammdf = pytest.importorskip("asammdf")
-    mdf = asammdf.MDF(version="4.10")
-    index = np.arange(N) * 1.0  # the recorder's own clock is another
-    signals = {**clocks, **COLUMNS}
-    units = dict(zip(NAMES, ("1/min", "Nm", "degC"), strict=True))
-    mdf.append(
-        [
-            asammdf.Signal(samples=np.asarray(one), timestamps=index, name=name, unit=units.get(name, ""))
-            for name, one in signals.items()
-        ]
-    )
-    mdf.save(path, overwrite=True)
-    mdf.close()
-
-
-def mcap(path, clocks):
-    import json
-
-    writers = pytest.importorskip("mcap.writer")
-    with path.open("wb") as file:
-        writer = writers.Writer(file)
-        writer.start()
-        schema = writer.register_schema("drive", "jsonschema", b"{}")
-        channel = writer.register_channel("/drive", "json", schema)
-        for number in range(N):
-            content = {name: float(one[number]) for name, one in {**clocks, **COLUMNS}.items()}
-            content |= {name: int(one[number]) for name, one in clocks.items() if np.asarray(one).dtype.kind in "iu"}
-            arrived = (number // 50 + 1) * 10**9  # in bursts
-            writer.add_message(channel, arrived, json.dumps(content).encode(), arrived)
-        writer.finish()
-
-
-def xlsx(path, clocks):
-    book = pytest.importorskip("openpyxl").Workbook()
-    book.active.append([*clocks, *NAMES])
-    for row in zip(*clocks.values(), *COLUMNS.values(), strict=True):
-        book.active.append([one.item() if isinstance(one, np.generic) else one for one in row])
-    book.save(path)
+def all_of(clocks):
+    return {**clocks, **COLUMNS}
 
 
 FORMATS = {
     "log.csv": table, "log.csv.gz": table, "log.tsv": lambda path, clocks: table(path, clocks, "\t"),
-    "semicolon.csv": lambda path, clocks: table(path, clocks, ";"), "log.parquet": parquet, "log.mat": mat,
-    "log.tdms": tdms, "log.mf4": mf4, "log.mcap": mcap, "log.xlsx": xlsx,
+    "semicolon.csv": lambda path, clocks: table(path, clocks, ";"),
+    "log.parquet": lambda path, clocks: parquet(path, all_of(clocks)),
+    "log.mat": lambda path, clocks: mat(path, {"log": {key.split(" ")[0]: one for key, one in all_of(clocks).items()}}),
+    "log.tdms": lambda path, clocks: tdms(path, all_of(clocks)),
+    "log.mf4": lambda path, clocks: log_bench.mf4(
+        path, (np.arange(N) * 1.0, *all_of(clocks).values()),  # the recorder's own clock is another
+        names=tuple(all_of(clocks)), units=("",) * len(clocks) + ("1/min", "Nm", "degC"),
+    ),
+    "log.mcap": lambda path, clocks: messages(path, all_of(clocks), clocks),
+    "log.xlsx": lambda path, clocks: xlsx(path, [tuple(all_of(clocks)), *zip(*all_of(clocks).values(), strict=True)]),
 }  # fmt: skip
 
 # ---- clocks of numbers: the numbers, and what a map states of them
@@ -173,23 +130,32 @@ def drawn(number):
     return str(chosen.choice(list(CLOCKS))), str(chosen.choice(list(FORMATS)))
 
 
-def check_drawn(folder, clock, name):
-    numbers, said = CLOCKS[clock]
-    columns = {key: one.copy() for key, one in COLUMNS.items()}
-    if clock == "newest first":
-        for key in COLUMNS:
-            COLUMNS[key] = columns[key][::-1]
-    try:
-        FORMATS[name](folder / name, {"clk": numbers})
-    finally:
-        COLUMNS.update(columns)
-    inner = "log.clk" if name == "log.mat" else "clk"
-    text = f'time = {{channel = "{inner}"{", " if said else ""}{said}}}' + ROLES
+@contextlib.contextmanager
+def turned_round(is_turned=True):
+    """The motion backwards, its last sample first."""
+    columns = dict(COLUMNS)
+    if is_turned:
+        COLUMNS.update({name: one[::-1] for name, one in columns.items()})
+    yield
+    COLUMNS.update(columns)
+
+
+def clock_map(folder, name, clock):
+    """A map of a file by its name with this clock."""
+    text = f"time = {{{clock}}}\n{ROLES}"
     if name == "log.mat":
+        text = text.replace('"clk"', '"log.clk"')
         for one, unit in zip(NAMES, ("1/min", "Nm", "degC"), strict=True):
             text = text.replace(f'"{one}"', f'"log.{one.split(" ")[0]}", unit = "{unit}"')
+    return written(folder, text)
+
+
+def check_drawn(folder, clock, name):
+    numbers, said = CLOCKS[clock]
+    with turned_round(clock == "newest first"):
+        FORMATS[name](folder / name, {"clk": numbers})
     reason = REFUSED.get((clock, name)) or REFUSED.get((clock, ""))
-    mapping = written(folder, text)
+    mapping = clock_map(folder, name, ", ".join(['channel = "clk"', *([said] if said else [])]))
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "(?s).*rows are newest first", LogWarning)
         if reason is None:
@@ -214,11 +180,7 @@ def test_rows_at_a_period_without_a_clock(tmp_path, name):
     if name == "log.mcap":
         pytest.skip("messages have a time")
     FORMATS[name](tmp_path / name, {"other": np.ones(N)})
-    text = 'time = {period = "20 ms"}' + ROLES
-    if name == "log.mat":
-        for one, unit in zip(NAMES, ("1/min", "Nm", "degC"), strict=True):
-            text = text.replace(f'"{one}"', f'"log.{one.split(" ")[0]}", unit = "{unit}"')
-    same_travel(read_log(tmp_path / name, written(tmp_path, text)))
+    same_travel(read_log(tmp_path / name, clock_map(tmp_path, name, 'period = "20 ms"')))
 
 
 # ---- clocks of dates and times of day
@@ -243,14 +205,14 @@ def test_summer_time_is_no_gap(tmp_path, form, start, way):
     turned = [one + datetime.timedelta(hours=way * (k >= 150)) for k, one in enumerate(at)]
     file = stamped(tmp_path / "log.csv", [one.strftime(form) for one in turned])
     with pytest.warns(LogWarning, match=r"by one hour to the sample, at a full hour: a change of summer time"):
-        log, _ = proposed(tmp_path, file)
+        log, _ = mapped(tmp_path, file)
     same_travel(log)
 
 
 def test_an_hour_that_is_missing_with_a_zone_is_a_gap(tmp_path):
     at = times("2026-03-29 01:59:57")
     turned = [one + datetime.timedelta(hours=int(k >= 150)) for k, one in enumerate(at)]
-    log, _ = proposed(
+    log, _ = mapped(
         tmp_path, stamped(tmp_path / "log.csv", [f"{one.isoformat(timespec='milliseconds')}Z" for one in turned])
     )
     assert log.time.values[-1] > 3600.0
@@ -259,28 +221,24 @@ def test_an_hour_that_is_missing_with_a_zone_is_a_gap(tmp_path):
 def test_a_clock_of_a_plc_is_its_time_with_the_date_beside_it(tmp_path):
     at = times("2026-03-12 23:59:57")
     stamps = [(k + 1, f"{one:%m/%d/%Y}", f"{one:%H:%M:%S.%f}"[:-3]) for k, one in enumerate(at)]
-    log, text = proposed(tmp_path, stamped(tmp_path / "log.csv", stamps, ("Record", "Date", "UTC Time")))
+    log, text = mapped(tmp_path, stamped(tmp_path / "log.csv", stamps, ("Record", "Date", "UTC Time")))
     assert 'time = { channel = "UTC Time", date = "Date" }' in text
     same_travel(log)
 
 
 def test_newest_first_is_turned_round(tmp_path):
     at = times("2026-03-12 23:59:57")
-    columns = {name: one.copy() for name, one in COLUMNS.items()}
-    try:
-        COLUMNS.update({name: one[::-1] for name, one in columns.items()})
+    with turned_round():
         file = stamped(tmp_path / "log.csv", [f"{one:%H:%M:%S.%f}"[:-3] for one in at[::-1]])
-    finally:
-        COLUMNS.update(columns)
     with pytest.warns(LogWarning, match="the rows are newest first; they are turned round"):
-        log, _ = proposed(tmp_path, file)
+        log, _ = mapped(tmp_path, file)
     same_travel(log)
 
 
 def test_the_index_that_pandas_writes_is_the_clock(tmp_path):
     stamps = np.datetime64("2026-03-12T09:15:00", "ns") + np.round(TIME * 1e9).astype("timedelta64[ns]")
-    parquet(tmp_path / "log.parquet", {"__index_level_0__": stamps})
-    log, text = proposed(tmp_path, tmp_path / "log.parquet")
+    parquet(tmp_path / "log.parquet", all_of({"__index_level_0__": stamps}))
+    log, text = mapped(tmp_path, tmp_path / "log.parquet")
     assert 'time = { channel = "__index_level_0__" }' in text
     same_travel(log)
 
@@ -300,7 +258,7 @@ def test_the_index_that_pandas_writes_is_the_clock(tmp_path):
 )
 def test_a_unit_is_proposed_by_size_and_step(tmp_path, numbers, words):
     table(tmp_path / "log.csv", {"Timestamp": numbers})
-    log, text = proposed(tmp_path, tmp_path / "log.csv")
+    log, text = mapped(tmp_path, tmp_path / "log.csv")
     assert words in text
     np.testing.assert_allclose(travel(log), travel(log), atol=1e-6)
 
@@ -312,7 +270,7 @@ def test_a_unit_that_numbers_leave_open_is_asked_for(tmp_path):
     with pytest.raises(
         DescriptionError, match=r'time\.unit: is needed: rows are 20 apart: "ms".*\(allowed: "ms" or "s"\)'
     ):
-        read_log(tmp_path / "log.csv", written(tmp_path, 'time = {channel = "Timestamp"}' + ROLES))
+        read_log(tmp_path / "log.csv", written(tmp_path, 'time = {channel = "Timestamp"}\n' + ROLES))
 
 
 @pytest.mark.parametrize(
@@ -335,7 +293,7 @@ def test_weeks_and_seconds_of_gps(tmp_path):
     seconds = TIME + 604797.0
     clocks = {"GPS Week": 2400 + (seconds >= 604800.0).astype(np.int64), "TOW [s]": seconds % 604800.0}
     table(tmp_path / "log.csv", clocks)
-    log, text = proposed(tmp_path, tmp_path / "log.csv")
+    log, text = mapped(tmp_path, tmp_path / "log.csv")
     assert 'time = { channel = "TOW [s]", week = "GPS Week", unit = "s" }' in text
     same_travel(log)
 
@@ -347,7 +305,7 @@ def test_weeks_and_seconds_of_gps(tmp_path):
 @pytest.mark.parametrize("name", ["log.csv", "log.parquet"])
 def test_a_clock_that_is_set_back_while_samples_go_on_is_said(tmp_path, back, name):
     FORMATS[name](tmp_path / name, {"clk": np.where(TIME < 3.0, TIME, TIME - back)})
-    mapping = written(tmp_path, 'time = {channel = "clk", unit = "s"}' + ROLES)
+    mapping = written(tmp_path, 'time = {channel = "clk", unit = "s"}\n' + ROLES)
     with pytest.warns(LogWarning, match=rf"time goes back once from 2\.98 s to {3.0 - back:g} s: was the clock set"):
         read_log(tmp_path / name, mapping)
 
@@ -360,11 +318,7 @@ def test_a_clock_of_frames_that_is_set_back_is_said(tmp_path, back):
         for at, n, m in zip(time, SPEED, TORQUE, strict=True)
     ]
     file = written(tmp_path, "\n".join(lines) + "\n", "log.log")
-    mapping = written(
-        tmp_path,
-        'speed = {channel = "606Ch"}\ntorque = {channel = "6077h", rated = "10 N m"}\n'
-        'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x181\nobjects = ["606Ch INT16", "6077h"]\n',
-    )
+    mapping = written(tmp_path, pdo_map(objects=("606Ch INT16", "6077h")))
     with pytest.warns(LogWarning, match="time goes back once from"):
         read_log(file, mapping)
 
@@ -384,23 +338,19 @@ def test_a_clock_of_frames_that_is_set_back_is_said(tmp_path, back):
 )
 def test_what_a_clock_cannot_be_is_refused(tmp_path, said, words):
     with pytest.raises(DescriptionError) as caught:
-        load_map(written(tmp_path, f"time = {{{said}}}" + ROLES))
+        load_map(written(tmp_path, f"time = {{{said}}}\n" + ROLES))
     assert words in str(caught.value)
 
 
 def test_stamps_take_no_scale(tmp_path):
     file = stamped(tmp_path / "log.csv", [f"{one:%H:%M:%S.%f}" for one in times("2026-03-12 10:00:00")])
-    mapping = written(tmp_path, 'time = {channel = "timestamp", scale = 2}' + ROLES)
+    mapping = written(tmp_path, 'time = {channel = "timestamp", scale = 2}\n' + ROLES)
     with pytest.raises(DescriptionError, match=r"time\.channel = 'timestamp': holds dates or times of day"):
         read_log(file, mapping)
 
 
 def test_frames_take_no_clock_of_a_table(tmp_path):
-    mapping = written(
-        tmp_path,
-        'time = {channel = "t"}\nspeed = {channel = "606Ch"}\ntorque = {channel = "6077h", rated = "10 N m"}\n'
-        'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x181\nobjects = ["606Ch", "6077h"]\n',
-    )
+    mapping = written(tmp_path, 'time = {channel = "t"}\n' + pdo_map())
     file = written(tmp_path, "(1.0) can0 181#0000000000000000\n", "log.log")
     with pytest.raises(DescriptionError, match=r"time: is for tables and groups: frames bring their own clock"):
         read_log(file, mapping)
@@ -409,14 +359,12 @@ def test_frames_take_no_clock_of_a_table(tmp_path):
 # ---- structures and groups with clocks of their own
 
 
-def structures(path, late=2.0, inner="signals"):
-    values = (SPEED, TORQUE, np.full(N, 40.0))
-    content = {
-        name: {"time": TIME + late * place, inner: {"values": one}, "blockName": "boom"}
-        for place, (name, one) in enumerate(zip(("n_ist", "M_ist", "T_oil"), values, strict=True))
-    }
-    pytest.importorskip("scipy.io").savemat(path, content)
-    return path
+def structures(path, late=2.0):
+    named = zip(("n_ist", "M_ist", "T_oil"), COLUMNS.values(), strict=True)
+    return mat(path, {
+        name: {"time": TIME + late * place, "signals": {"values": one}, "blockName": "boom"}
+        for place, (name, one) in enumerate(named)
+    })  # fmt: skip
 
 
 def test_times_of_structures_are_clocks_and_nothing_else(tmp_path):
@@ -424,60 +372,42 @@ def test_times_of_structures_are_clocks_and_nothing_else(tmp_path):
     assert {one.name: one.role for one in found.channels} == {
         "n_ist.signals.values": "speed", "M_ist.signals.values": "torque", "T_oil.signals.values": "temperature"
     }  # fmt: skip
-    log = read_log(tmp_path / "log.mat", written(tmp_path, map_text(found)))
-    same_travel(log)
+    same_travel(read_log(tmp_path / "log.mat", written(tmp_path, map_text(found))))
 
 
 def test_each_structure_has_its_own_clock(tmp_path):
     file = structures(tmp_path / "log.mat")
-    log, _ = proposed(tmp_path, file)
+    log, _ = mapped(tmp_path, file)
     seen = np.searchsorted(TIME, log.time.values - 2.0 + 1e-9, side="right") - 1
     known = np.isfinite(log.motor_torque.values) & (seen >= 0)
     assert known.sum() > 90
     np.testing.assert_allclose(log.motor_torque.values[known], TORQUE[seen[known]])
-    mapping = 'time = {channel = "n_ist.time", unit = "s"}' + "".join(
-        f'\n{role} = {{channel = "{name}.signals.values", unit = "{unit}"}}'
-        for role, name, unit in [
-            ("speed", "n_ist", "rpm"),
-            ("torque", "M_ist", "N m"),
-            ("temperature", "T_oil", "degC"),
-        ]
-    )
-    again = read_log(file, written(tmp_path, mapping))
+    named = (("n_ist", "rpm"), ("M_ist", "N m"), ("T_oil", "degC"))
+    keys = [f'channel = "{name}.signals.values", unit = "{unit}"' for name, unit in named]
+    again = read_log(file, written(tmp_path, roles(*keys, time='channel = "n_ist.time", unit = "s"')))
     np.testing.assert_array_equal(again.motor_torque.values, log.motor_torque.values)
 
 
 def test_several_clocks_beside_vectors_are_asked_for(tmp_path):
-    pytest.importorskip("scipy.io").savemat(
-        tmp_path / "log.mat", {"time_n": TIME, "time": TIME + 5.0, "t": 2.0 * TIME, "n_rpm": SPEED, "M_nm": TORQUE}
-    )
-    notes = {one.name: one.note for one in inspect_log(tmp_path / "log.mat").channels}
+    content = {"time_n": TIME, "time": TIME + 5.0, "t": 2.0 * TIME, "n_rpm": SPEED, "M_nm": TORQUE}
+    notes = {one.name: one.note for one in inspect_log(mat(tmp_path / "log.mat", content)).channels}
     assert "has no clock of its own, and the clocks t" in notes["n_rpm"]
 
 
 def test_rows_of_a_wide_matrix_are_signals_and_the_first_is_the_clock(tmp_path):
-    matrix = np.vstack([TIME, SPEED, TORQUE, np.full(N, 40.0)])
-    pytest.importorskip("scipy.io").savemat(tmp_path / "log.mat", {"ans": matrix})
-    assert [one.name for one in inspect_log(tmp_path / "log.mat").channels] == ["ans[2]", "ans[3]", "ans[4]"]
-    mapping = "".join(
-        f'{role} = {{channel = "ans[{place}]", unit = "{unit}"}}\n'
-        for role, place, unit in [("speed", 2, "rpm"), ("torque", 3, "N m"), ("temperature", 4, "degC")]
-    )
-    same_travel(read_log(tmp_path / "log.mat", written(tmp_path, mapping)))
+    file = mat(tmp_path / "log.mat", {"ans": np.vstack([TIME, SPEED, TORQUE, OIL])})
+    assert [one.name for one in inspect_log(file).channels] == ["ans[2]", "ans[3]", "ans[4]"]
+    keys = [f'channel = "ans[{place}]", unit = "{unit}"' for place, unit in enumerate(("rpm", "N m", "degC"), 2)]
+    same_travel(read_log(file, written(tmp_path, roles(*keys))))
 
 
 def waves(path, starts, step=0.02, clocks=None):
-    nptdms = pytest.importorskip("nptdms")
-    with nptdms.TdmsWriter(path) as writer:
-        channels = []
-        for (name, one), start in zip(COLUMNS.items(), starts, strict=True):
-            wave = {"wf_increment": step} | ({} if start is None else {"wf_start_time": np.datetime64(start)})
-            channels.append(nptdms.ChannelObject("drive", name, one, wave))
-        channels += [
-            nptdms.ChannelObject("drive", name, one, {"wf_increment": step}) for name, one in (clocks or {}).items()
-        ]
-        writer.write_segment(channels)
-    return path
+    own = {
+        name: {"wf_start_time": np.datetime64(start)} if start else {}
+        for name, start in zip(NAMES, starts, strict=True)
+    }
+    properties = {name: {"wf_increment": step} | own.get(name, {}) for name in (*NAMES, *(clocks or {}))}
+    return tdms(path, COLUMNS | (clocks or {}), properties)
 
 
 @pytest.mark.parametrize("without", [0, 1, 2])
@@ -487,14 +417,14 @@ def test_a_waveform_without_a_start_time_begins_with_the_others(tmp_path, withou
     with pytest.warns(
         LogWarning, match=r"the waveforms .* have no start time; they are read as if they began with the"
     ):
-        log, _ = proposed(tmp_path, file)
+        log, _ = mapped(tmp_path, file)
     same_travel(log)
 
 
 @pytest.mark.parametrize("is_stated", [True, False])
 def test_a_channel_of_times_counts_before_the_step_that_labview_gives(tmp_path, is_stated):
     file = waves(tmp_path / "log.tdms", [None] * 3, 1.0, {"Time": TIME})
-    clock = 'time = {channel = "Time", unit = "s"}' if is_stated else ""
+    clock = 'time = {channel = "Time", unit = "s"}\n' if is_stated else ""
     same_travel(read_log(file, written(tmp_path, clock + ROLES)))
 
 

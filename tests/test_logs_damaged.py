@@ -25,13 +25,16 @@ from ramsight.logs.lines import line_blocks
 from ramsight.logs.shown import inspection_table
 from ramsight.machine import load_machine
 
-HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n"
+from . import log_bench
+from .command import as_command
+from .log_bench import pdo_map
+
+HEADER = f"{log_bench.HEADER}\n"
 LOG = HEADER + "".join(f"{k / 100:.2f},1500,12.5,40.1\n" for k in range(1000))
 
 
-def written(folder, data, name="log.csv"):
-    (folder / name).write_bytes(data if isinstance(data, bytes) else data.encode())
-    return folder / name
+def written(folder, content, name="log.csv"):
+    return log_bench.written(folder, content, name)
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 40, len(HEADER), len(HEADER) + 19, 400])
@@ -242,8 +245,7 @@ def test_a_damaged_parquet_file_names_itself_and_never_standard_output(parquet, 
             read_log(written(tmp_path, data[:cut], "cut.parquet"))
     hole = data[:60] + bytes(len(data) // 3) + data[60 + len(data) // 3 :]
     path = written(tmp_path, hole, "hole.parquet")
-    command = [sys.executable, "-m", "ramsight.cli", "track", "mining-loader", str(path), "--unit", "boom"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = as_command("track", "mining-loader", path, "--unit", "boom")
     assert done.returncode == 2
     assert done.stderr.startswith(f"error: {path}: is damaged after row")
     assert len(done.stderr.splitlines()) == 1
@@ -396,10 +398,7 @@ def test_a_description_that_is_too_large_is_not_read(tmp_path):
 def test_the_clock_of_a_can_log_is_watched_from_its_first_frame(tmp_path):
     text = ASC.format("absolute") + "8.000000 1  281  Rx   d 8 00 00 00 00 00 00 00 00\n"
     text += "".join(f"{k / 100:.6f} 1  181  Rx   d 8 01 02 03 04 05 06 07 08\n" for k in range(100))
-    (tmp_path / "map.toml").write_text(
-        'speed = {channel = "606Ch"}\ntorque = {channel = "6077h", rated = "10 N m"}\n'
-        'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x181\nobjects = ["606Ch", "6077h"]\n'
-    )
+    log_bench.written(tmp_path, pdo_map())
     with pytest.warns(LogWarning, match=r"log\.asc: time goes back once from 8 s to 0 s") as caught:
         read_log(written(tmp_path, text, "log.asc"), tmp_path / "map.toml")
     assert len(caught) == 1

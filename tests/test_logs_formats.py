@@ -21,31 +21,24 @@ from ramsight.cli import app
 from ramsight.errors import LogError, LogWarning, OutputError, RamsightError
 from ramsight.logs import load_map, mdf_file, open_log, read_log, write_log
 from ramsight.logs.can_field import Field, big_endian, little_endian
+from ramsight.logs.channels import FURTHER, PRESSURES, READINGS
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
-from ramsight.output import write_dataset
+from ramsight.output import open_dataset, write_dataset
 from ramsight.output.cells import Coded, decimals_of
 from ramsight.output.table_file import open_table, write_table
 from ramsight.sensor.status import Status
 
+from . import log_bench
+from .log_bench import RPM, parquet, roles, written
+
 DBC = Path(__file__).parent / "can" / "drive.dbc"
-RPM = 2.0 * math.pi / 60.0
 N = 200
 TIME = np.arange(N) * 0.01
 SPEED = np.round(1500.0 * np.sin(TIME * 3.0))
 TORQUE = np.round(16.0 * (12.5 + np.cos(TIME * 5.0))) / 16.0
 TEMPERATURE = np.round(40.0 + TIME)
-MAP = """
-speed = { channel = "MotorSpeed" }
-torque = { channel = "MotorTorque" }
-temperature = { channel = "OilTemperature" }
-"""
-
-
-def written(folder, text, name="map.toml"):
-    file = folder / name
-    file.write_text(text, encoding="utf-8")
-    return file
+MAP = roles("MotorSpeed", "MotorTorque", "OilTemperature")
 
 
 def same(log, time=TIME, speed=SPEED, torque=TORQUE, temperature=TEMPERATURE, atol=1e-9):
@@ -72,24 +65,15 @@ def test_a_german_csv_with_preamble_units_and_another_alphabet(tmp_path):
     }  # fmt: skip
     with pytest.raises(RamsightError, match="rated"):  # nobody knows what 100 % is
         read_log(tmp_path / "tag.csv.gz", written(tmp_path, text))
-    text = (
-        text.replace("# rated =", "rated =").replace('unit = "%"', 'unit = "%"\n').replace("sign = 1", "sign = -1", 2)
-    )
-    text = text.replace("sign = -1", "sign = 1", 1)
+    text = text.replace("# rated =", "rated =").replace("sign = 1", "sign = -1", 2).replace("sign = -1", "sign = 1", 1)
     same(read_log(tmp_path / "tag.csv.gz", written(tmp_path, text)))
 
 
 @pytest.mark.parametrize(
     ("column", "unit"),
-    [
-        ("torque_pct", "percent"),
-        ("Moment_Proz", "percent"),
-        ("torque_permille", "permille"),
-        ("6077h", "permille"),
-        ("drive.0x6077", "permille"),
-        ("Torque actual value 6077h", "permille"),
-    ],
-)
+    [("torque_pct", "percent"), ("Moment_Proz", "percent"), ("torque_permille", "permille"), ("6077h", "permille"),
+     ("drive.0x6077", "permille"), ("Torque actual value 6077h", "permille")],
+)  # fmt: skip
 def test_a_torque_that_is_a_share_is_proposed_as_one_and_asks_what_of(column, unit, tmp_path):
     file = written(
         tmp_path, f"time_s,motor_speed_rpm,{column},oil_temp_c\n0,100,12.5,40\n0.02,100,-12.5,40\n", "log.csv"
@@ -140,7 +124,7 @@ def test_a_log_with_faults_is_passed_on(tmp_path):
 
 @pytest.mark.parametrize("kind", ["timestamp", "duration", "float"])
 def test_parquet_by_its_own_library(tmp_path, kind):
-    pa, pq = importlib.import_module("pyarrow"), importlib.import_module("pyarrow.parquet")
+    pa = importlib.import_module("pyarrow")
     ticks = np.round(TIME * 1e6).astype(np.int64)
     clock = {
         "timestamp": pa.array(ticks + 1_700_000_000_000_000, pa.timestamp("us", tz="UTC")),
@@ -149,10 +133,10 @@ def test_parquet_by_its_own_library(tmp_path, kind):
     }[kind]
     torque = pa.array([None if k == 3 else v for k, v in enumerate(TORQUE)])
     columns = {"Time": clock, "speed": pa.array(SPEED.astype(np.int32)), "torque_nm": torque, "oil_temp": TEMPERATURE}
-    pq.write_table(pa.table({**columns, "note": ["x"] * N}), tmp_path / "log.parquet", row_group_size=64)
+    parquet(tmp_path / "log.parquet", {**columns, "note": ["x"] * N}, row_group_size=64)
     unit = "ms" if kind == "float" else "s"
-    text = f'time = {{channel = "Time", unit = "{unit}"}}\n' + MAP.replace('"MotorSpeed"', '"speed", unit = "rpm"')
-    text = text.replace("MotorTorque", "torque_nm").replace('"OilTemperature"', '"oil_temp", unit = "degC"')
+    oil, time = 'channel = "oil_temp", unit = "degC"', f'channel = "Time", unit = "{unit}"'
+    text = roles('channel = "speed", unit = "rpm"', "torque_nm", oil, time=time)
     log = read_log(tmp_path / "log.parquet", written(tmp_path, text))
     same(log, torque=np.where(np.arange(N) == 3, np.nan, TORQUE))
     found = inspect_log(tmp_path / "log.parquet")
@@ -163,19 +147,14 @@ def test_parquet_by_its_own_library(tmp_path, kind):
 
 
 def mf4(path):
-    asammdf = importlib.import_module("asammdf")
-
-    def signal(values, time, name, unit):
-        return asammdf.Signal(samples=np.asarray(values), timestamps=np.asarray(time), name=name, unit=unit)
-
-    with asammdf.MDF(version="4.10") as mdf:
-        fast = np.arange(2 * N) * 0.005
-        mdf.append([signal(np.repeat(SPEED, 2).astype(np.int16), fast, "MotorSpeed", "1/min"),
-                    signal(np.zeros(2 * N), fast, "Counter", "")], common_timebase=True)  # fmt: skip
-        mdf.append([signal(TORQUE, TIME + 0.001, "MotorTorque", "Nm"),
-                    signal(np.zeros(N), TIME + 0.001, "Counter", "")], common_timebase=True)  # fmt: skip
-        mdf.append([signal([40.0, 41.0], [0.0, 1.0], "OilTemperature", "°C")])
-        mdf.save(path, overwrite=True)
+    fast, slow = np.arange(2 * N) * 0.005, TIME + 0.001
+    groups = (
+        (fast, np.repeat(SPEED, 2).astype(np.int16), np.zeros(2 * N)),
+        (slow, TORQUE, np.zeros(N)),
+        ([0.0, 1.0], [40.0, 41.0]),
+    )
+    names = ("MotorSpeed", "Counter", "MotorTorque", "Counter", "OilTemperature")
+    return log_bench.mf4(path, *groups, names=names, units=("1/min", "", "Nm", "", "°C"))
 
 
 def test_mf4_with_groups_of_different_rates(tmp_path):
@@ -195,20 +174,16 @@ def test_mf4_with_groups_of_different_rates(tmp_path):
 def frames(dbc_database):
     can = importlib.import_module("can")
     for k in range(N):
-        state = {"MotorSpeed": SPEED[k], "MotorTorque": TORQUE[k], "TorqueTarget": 0.0}
-        at = 1_700_000_000.0 + TIME[k]
-        yield can.Message(timestamp=at, arbitration_id=385, data=dbc_database.encode_message("DriveState", state),
-                          is_extended_id=False, channel=0)  # fmt: skip
+        slow = {"Page": 1, "OilTemperature": TEMPERATURE[k], "TopSwitch": int(k >= 100)}
+        heat = [int(TEMPERATURE[k]) + 40 if k != 50 else 0xFF, *[0xFF] * 7]
+        drive = {"MotorSpeed": SPEED[k], "MotorTorque": TORQUE[k], "TorqueTarget": 0.0}
+        sent = [(385, dbc_database.encode_message("DriveState", drive))]
         if k % 10 == 0:
-            page = {"Page": 2, "BusVoltage": 48.5}
-            yield can.Message(timestamp=at, arbitration_id=641, data=dbc_database.encode_message("DriveSlow", page),
-                              is_extended_id=False, channel=0)  # fmt: skip
-            page = {"Page": 1, "OilTemperature": TEMPERATURE[k], "TopSwitch": int(k >= 100)}
-            yield can.Message(timestamp=at, arbitration_id=641, data=dbc_database.encode_message("DriveSlow", page),
-                              is_extended_id=False, channel=0)  # fmt: skip
-            heat = [int(TEMPERATURE[k]) + 40 if k != 50 else 0xFF, *[0xFF] * 7]
-            yield can.Message(timestamp=at, arbitration_id=J1939_ID,
-                              data=heat, is_extended_id=True, channel=0)  # fmt: skip
+            pages = ({"Page": 2, "BusVoltage": 48.5}, slow)
+            sent += [(641, dbc_database.encode_message("DriveSlow", page)) for page in pages] + [(J1939_ID, heat)]
+        for key, data in sent:
+            yield can.Message(timestamp=1_700_000_000.0 + TIME[k], arbitration_id=key, data=data, channel=0,
+                              is_extended_id=key > 0x7FF)  # fmt: skip
 
 
 J1939_ID = (2566874366 & 0x1FFFFFFF & ~0xFF) | 0x33  # from another address than the DBC file's
@@ -239,17 +214,13 @@ def test_can_frames_by_a_dbc_file(tmp_path, name):
 def test_canopen_frames_by_their_mapping(tmp_path):
     can, canopen = importlib.import_module("can"), importlib.import_module("canopen")
     od = canopen.ObjectDictionary()
-    for index, sub, name, kind in [
-        (0x606C, 0, "velocity", 4), (0x6077, 0, "torque", 3), (0x4602, 12, "sevcon", 3), (0x2010, 1, "oil", 3)
-    ]:  # fmt: skip
-        variable = canopen.objectdictionary.ODVariable(name, index, sub)
-        variable.data_type = kind
+    for index, sub, kind in ((0x606C, 0, 4), (0x6077, 0, 3), (0x4602, 12, 3), (0x2010, 1, 3)):
+        variable = canopen.objectdictionary.ODVariable(f"{index:X}", index, sub)
+        variable.data_type, added = kind, variable
         if sub:
-            record = canopen.objectdictionary.ODRecord(name, index)
-            record.add_member(variable)
-            od.add_object(record)
-        else:
-            od.add_object(variable)
+            added = canopen.objectdictionary.ODRecord(f"record {index:X}", index)
+            added.add_member(variable)
+        od.add_object(added)
     node = canopen.LocalNode(1, od)
     first, second = canopen.pdo.PdoMap(node.tpdo, None, None), canopen.pdo.PdoMap(node.tpdo, None, None)
     first.add_variable(0x606C, 0), first.add_variable(0x6077, 0)
@@ -262,16 +233,13 @@ def test_canopen_frames_by_their_mapping(tmp_path):
                 logger.on_message_received(
                     can.Message(timestamp=TIME[k], arbitration_id=cob_id, data=bytes(pdo.data), is_extended_id=False)
                 )
-    text = """
-    speed = { channel = "606Ch" }
-    torque = { channel = "6077h", rated = "35000 mN m" }
-    temperature = { channel = "2010h:01h", unit = "degC", scale = 0.1 }
-    can.pdo = [{ cob_id = 0x181, objects = ["606Ch", "6077h"] },
-               { cob_id = 0x281, objects = ["4602h:0Ch", "2010h:01 INT16"] }]
-    """.replace("\n               {", " {")
+    oil = 'channel = "2010h:01h", unit = "degC", scale = 0.1'
+    text = roles("606Ch", 'channel = "6077h", rated = "35000 mN m"', oil)
+    for cob_id, objects in ((0x181, ["606Ch", "6077h"]), (0x281, ["4602h:0Ch", "2010h:01 INT16"])):
+        text += f"[[can.pdo]]\ncob_id = {cob_id}\nobjects = {json.dumps(objects)}\n"
     log = read_log(tmp_path / "log.blf", written(tmp_path, text))
     same(log, torque=np.round(TORQUE / 35.0 * 1000.0) * 0.035, atol=1e-6)
-    text = text.replace('"6077h", rated = "35000 mN m"', '"4602h:0Ch"') + 'align = { base = "speed" }\n'
+    text = 'align = { base = "speed" }\n' + text.replace('"6077h", rated = "35000 mN m"', '"4602h:0Ch"')
     same(read_log(tmp_path / "log.blf", written(tmp_path, text)), atol=1e-6)
     shown = inspect_log(tmp_path / "log.blf")
     assert shown.frames == {0x181: (N, 6), 0x281: (N, 4)}
@@ -303,10 +271,8 @@ def test_a_missing_package_names_its_extra(tmp_path, monkeypatch):
         (tmp_path / name).write_bytes(b"x")
     monkeypatch.setattr(importlib, "import_module", absent)
     monkeypatch.setattr(mdf_file, "find_spec", lambda name: None)
-    for name, package, extra in (
-        ("log.parquet", "pyarrow", "logs"), ("log.mf4", "asammdf", "logs"), ("log.mcap", "mcap", "logs")
-    ):  # fmt: skip
-        with pytest.raises(LogError, match=rf'needs the package {package}: pip install "ramsight\[{extra}\]"'):
+    for name, package in (("log.parquet", "pyarrow"), ("log.mf4", "asammdf"), ("log.mcap", "mcap")):
+        with pytest.raises(LogError, match=rf'needs the package {package}: pip install "ramsight\[logs\]"'):
             read_log(tmp_path / name)
     with pytest.raises(OutputError, match=r'"ramsight\[logs\]"'):
         write_table({"time_s": [0.0]}, tmp_path / "new.parquet")
@@ -327,10 +293,45 @@ def test_rubbish_of_every_kind_gets_one_line(tmp_path, name, data):
 @pytest.mark.parametrize("suffix", [".csv", ".csv.gz", ".parquet", ".mf4", ".mcap"])
 def test_a_drive_log_goes_out_and_comes_back_in_every_format(trace, tmp_path, suffix):
     log = read_log(trace("boom_441kN_40C").log)
-    log["reference"] = log.motor_speed * np.nan
-    log["reference"][5] = 0.1
+    further = {one.name: one for one in FURTHER if one not in PRESSURES}
+    for k, name in enumerate(further):
+        log[name] = further[name].to_si(20.0 + k + 0.1 * log["motor_torque"])
+    for name in ("reference", *(one.name for one in READINGS)):
+        log[name] = log.motor_speed * np.nan
+        log[name][5] = 0.1
     write_log(log, tmp_path / f"log{suffix}")
-    xarray.testing.assert_allclose(read_log(tmp_path / f"log{suffix}"), log, rtol=1e-12)
+    again = read_log(tmp_path / f"log{suffix}")
+    assert set(again) == set(log)
+    xarray.testing.assert_allclose(again.drop_vars(list(further)), log.drop_vars(list(further)), rtol=1e-12)
+    for name, one in further.items():
+        np.testing.assert_allclose(again[name], log[name], rtol=1e-9, atol=1e-9 if one.units == "rad" else 1e-6)
+        assert again[name].attrs["units"] == one.units
+    if suffix == ".csv":
+        header, first = (line.split(",") for line in (tmp_path / "log.csv").read_text().splitlines()[:2])
+        cells = dict(zip(header, first, strict=True))
+        assert float(cells["motor_temperature_c"]) == pytest.approx(float(log["motor_temperature"][0]) - 273.15)
+        for name in ("shaft_angle", "link_angle"):
+            assert float(cells[f"{name}_deg"]) == pytest.approx(math.degrees(float(log[name][0])))
+        assert float(cells["dc_power_w"]) == pytest.approx(float(log["dc_power"][0]))
+
+
+@pytest.mark.parametrize(
+    ("keys", "cell", "expected"),
+    [
+        ('unit = "deg"', {"shaft_angle": 920.0}, math.radians(920.0)),
+        ('unit = "kW"', {"dc_power": 2.5}, 2500.0),
+        ('unit = "deg", sign = -1, offset = 5.0', {"link_angle": 20.0}, math.radians(-25.0)),
+        ('unit = "degC"', {"motor_temperature": 85.0}, 358.15),
+        ('unit = "bar"', {"pressure_a": 200.0}, 200e5),
+    ],
+)
+def test_a_map_names_what_is_measured_beside_the_drive(tmp_path, keys, cell, expected):
+    ((name, value),) = cell.items()
+    file = written(tmp_path, "t,n,M,T,x\n" + "".join(f"{0.02 * k},1500,12.5,40,{value}\n" for k in range(3)), "log.csv")
+    more = {"time": 'channel = "t", unit = "s"', name: f'channel = "x", {keys}'}
+    units = (("n", "rpm"), ("M", "N m"), ("T", "degC"))
+    log = read_log(file, written(tmp_path, roles(*(f'channel = "{one}", unit = "{of}"' for one, of in units), **more)))
+    assert log[name].values == pytest.approx([expected] * 3)
 
 
 @given(
@@ -420,20 +421,13 @@ def test_mcap_counts_from_zero(tmp_path):
 
 def test_an_mcap_file_that_breaks_off_is_read_up_to_there(tmp_path, trace):
     log = read_log(trace("boom_441kN_40C").log)
-    path = tmp_path / "log.mcap"
-    with open(path, "wb") as file:
-        writer = importlib.import_module("mcap.writer").Writer(file, chunk_size=4096)
-        writer.start()
-        fields = {"n": {"type": "number", "unit": "rad/s"}, "M": {"type": "integer", "unit": "N m"}}
-        schema = writer.register_schema("drive", "jsonschema", json.dumps({"properties": fields}).encode())
-        channel = writer.register_channel("/drive", "json", schema)
-        for k, (time, speed) in enumerate(zip(log["time"].values, log["motor_speed"].values, strict=True)):
-            content = {"n": speed} if k == 3 else {"n": speed, "M": 7, "note": "x"}
-            stamp = 1_700_000_000_000_000_000 + round(1e9 * time)
-            writer.add_message(channel, stamp, json.dumps(content).encode(), stamp)
-        writer.finish()
-    text = 'speed = {channel = "n"}\ntorque = {channel = "M"}\ntemperature = {constant = "40 degC"}\n'
-    channel_map = written(tmp_path, text)
+    fields = {"n": {"type": "number", "unit": "rad/s"}, "M": {"type": "integer", "unit": "N m"}}
+    messages = [
+        ("/drive", 1.7e9 + time, {"n": speed} if k == 3 else {"n": speed, "M": 7, "note": "x"})
+        for k, (time, speed) in enumerate(zip(log["time"].values, log["motor_speed"].values, strict=True))
+    ]
+    path = log_bench.mcap(tmp_path / "log.mcap", messages, {"properties": fields}, chunk_size=4096)
+    channel_map = written(tmp_path, roles("n", "M"))
     whole = read_log(path, channel_map)
     np.testing.assert_allclose(whole["motor_speed"].values, log["motor_speed"].values)
     assert np.flatnonzero(np.isnan(whole["motor_torque"].values)).tolist() == [3]
@@ -461,16 +455,10 @@ def test_an_mcap_file_that_breaks_off_is_read_up_to_there(tmp_path, trace):
 
 
 def test_netcdf_in_pieces_is_netcdf_at_once(tmp_path):
-    from ramsight.output import open_dataset
-
-    track = xarray.Dataset(
-        {
-            "position": ("time", np.sqrt(np.arange(50.0)), {"units": "m"}),
-            "status": ("time", np.arange(50, dtype=np.int16)),
-        },
-        coords={"time": ("time", np.arange(50) * 0.02, {"units": "s"})},
-        attrs={"format": 1, "sensor": "balance"},
-    )
+    position, status = np.sqrt(np.arange(50.0)), np.arange(50, dtype=np.int16)
+    variables = {"position": ("time", position, {"units": "m"}), "status": ("time", status)}
+    time = ("time", np.arange(50) * 0.02, {"units": "s"})
+    track = xarray.Dataset(variables, {"time": time}, {"format": 1, "sensor": "balance"})
     write_dataset(track, tmp_path / "whole.nc")
     with open_dataset(tmp_path / "pieces.nc") as writer:
         for first in range(0, 50, 20):
@@ -489,12 +477,10 @@ def test_a_map_says_what_it_was_told(tmp_path):
 @pytest.mark.parametrize(("sign", "wanted"), [(1, 40.0), (-1, -40.0)])
 def test_a_maps_scale_offset_and_sign_are_taken_in_this_order(tmp_path, sign, wanted):
     written(tmp_path, "time_s,n,m,t\n0,100,10,130\n0.01,100,10,130\n", "day.csv")
-    text = f"""
-    time = {{ channel = "time_s", unit = "s" }}
-    speed = {{ channel = "n", unit = "rpm", scale = 2.0, offset = 5.0 }}
-    torque = {{ channel = "m", unit = "N m", offset = -2.5 }}
-    temperature = {{ channel = "t", unit = "degC", scale = 0.5, offset = -25.0, sign = {sign} }}
-    """
+    text = roles(
+        'channel = "n", unit = "rpm", scale = 2.0, offset = 5.0', 'channel = "m", unit = "N m", offset = -2.5',
+        f'channel = "t", unit = "degC", scale = 0.5, offset = -25.0, sign = {sign}', time="time_s",
+    )  # fmt: skip
     log = read_log(tmp_path / "day.csv", written(tmp_path, text))
     np.testing.assert_allclose(log.motor_speed, 205.0 * RPM)
     np.testing.assert_allclose(log.motor_torque, 7.5)

@@ -1,7 +1,6 @@
 """CAN frames as the programs of several makers write them: the same frames from every kind of file."""
 
 import base64
-import gzip
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +13,13 @@ from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
 
+from .log_bench import HEADER, written
+
 DBC = Path(__file__).parent / "can" / "drive.dbc"
 FRAMES = [
-    Frame(0.0, 0x181, 0, bytes(range(8))),
-    Frame(0.0105, 0x18FEF100 | EXTENDED, 1, b"\xaa\xbb\xcc"),
-    Frame(1.25, 0x7FF, 0, b"\x01"),
-    Frame(2.0, 0x1 | EXTENDED, 0, b""),
-]
+    Frame(0.0, 0x181, 0, bytes(range(8))), Frame(0.0105, 0x18FEF100 | EXTENDED, 1, b"\xaa\xbb\xcc"),
+    Frame(1.25, 0x7FF, 0, b"\x01"), Frame(2.0, 0x1 | EXTENDED, 0, b""),
+]  # fmt: skip
 
 
 def hexed(data, sep=" "):
@@ -31,33 +30,25 @@ def number(key):
     return key & ~EXTENDED
 
 
-def trc_1(version, row):
+def trc(head, row, tail=()):
     def write(frames):
         rows = [
-            row.format(n=n, ms=1e3 * f.time, bus=f.bus + 1, id=digits(f.key), dlc=len(f.data), data=hexed(f.data))
+            row.format(n=n, ms=1e3 * f.time, bus=f.bus + 1, dlc=len(f.data), data=hexed(f.data),
+                       id=f"{number(f.key):08X}" if f.key & EXTENDED else f"{f.key:04X}")
             for n, f in enumerate(frames, 1)
-        ]
-        head = (
-            [";##########", ";   a trace"] if version is None else [f";$FILEVERSION={version}", ";$STARTTIME=41766.46;"]
-        )
-        return "\r\n".join([*head, ";---+--   ----+----", *rows, ""])
+        ]  # fmt: skip
+        return "\r\n".join([*head, ";---+--   ----+----", *rows, *tail, ""])
 
     return write
 
 
-def digits(key):
-    return f"{number(key):08X}" if key & EXTENDED else f"{key:04X}"
+def trc_1(version, row):
+    head = [f";$FILEVERSION={version}", ";$STARTTIME=41766.46;"] if version else [";##########", ";   a trace"]
+    return trc(head, row)
 
 
 def trc_2(columns, row):
-    def write(frames):
-        rows = [
-            row.format(n=n, ms=1e3 * f.time, bus=f.bus + 1, id=digits(f.key), dlc=len(f.data), data=hexed(f.data))
-            for n, f in enumerate(frames, 1)
-        ]
-        return "\r\n".join([";$FILEVERSION=2.1", f";$COLUMNS={columns}", ";", *rows, "   9  3000.0 ST 1 - Rx 08", ""])
-
-    return write
+    return trc([";$FILEVERSION=2.1", f";$COLUMNS={columns}"], row, ["   9  3000.0 ST 1 - Rx 08"])
 
 
 def busmaster(mode, is_hex=True):
@@ -143,17 +134,11 @@ WRITERS = {
 WITHOUT_BUS = ("trc 1.0", "trc 1.1", "trc 2.0", "cl2000", "python-can")
 
 
-def written(folder, name, text):
-    file = folder / name
-    file.write_bytes(gzip.compress(text.encode()) if name.endswith(".gz") else text.encode())
-    return file
-
-
 @pytest.mark.parametrize("packed", ["", ".gz"])
 @pytest.mark.parametrize("kind", WRITERS)
 def test_frames_are_the_same_from_every_kind_of_file(tmp_path, kind, packed):
     end, write = WRITERS[kind]
-    found = [one for one in open_frames(written(tmp_path, f"log{end}{packed}", write(FRAMES))) if one.key]
+    found = [one for one in open_frames(written(tmp_path, write(FRAMES), f"log{end}{packed}")) if one.key]
     wanted = [one for one in FRAMES if kind != "python-can" or one.bus == 0]
     assert [(one.key, one.data) for one in found] == [(one.key, one.data) for one in wanted]
     since = [one.time - found[0].time for one in found]
@@ -170,10 +155,10 @@ def test_a_damaged_line_is_refused_with_its_number_and_a_cut_one_left_out(tmp_pa
     place = next(k for k, line in enumerate(lines) if ("02" in line and "07" in line) or "AAECAw" in line)
     bad = [*lines[: place + 1], lines[place + 1].replace("07", "QZ").replace("AAEC", "$$$$"), *lines[place + 2 :], ""]
     with pytest.raises(LogError, match=rf"line {place + 2}: is no CAN frame"):
-        list(open_frames(written(tmp_path, f"bad{end}", "\n".join(bad))))
+        list(open_frames(written(tmp_path, "\n".join(bad), f"bad{end}")))
     cut = "\n".join([*lines[: place + 2], lines[place + 2][:-9]])
     with pytest.warns(LogWarning, match=f"breaks off in this line, .* line {place + 2}"):
-        assert len(list(open_frames(written(tmp_path, f"cut{end}", cut)))) == 2
+        assert len(list(open_frames(written(tmp_path, cut, f"cut{end}")))) == 2
 
 
 def drive(seconds=3.0):
@@ -192,10 +177,10 @@ def drive(seconds=3.0):
 @pytest.mark.parametrize("kind", ["trc 1.1", "trc 2.1", "busmaster", "savvycan", "canedge", "kvaser", "python-can"])
 def test_a_drive_is_read_by_the_map_that_is_proposed(tmp_path, kind):
     end, write = WRITERS[kind]
-    file = written(tmp_path, f"day{end}", write(drive()))
+    file = written(tmp_path, write(drive()), f"day{end}")
     assert {key: count for key, (count, _) in inspect_log(file).frames.items()} == {385: 150, 641: 150}
     text = map_text(inspect_log(file, dbc=[DBC]), tmp_path)
-    log = read_log(file, written(tmp_path, "map.toml", text))
+    log = read_log(file, written(tmp_path, text))
     assert len(log.time) >= 149
     np.testing.assert_allclose(log.motor_speed.values * 30.0 / np.pi, 1200.0)
     np.testing.assert_allclose(log.oil_temperature.values, 314.15)
@@ -204,8 +189,8 @@ def test_a_drive_is_read_by_the_map_that_is_proposed(tmp_path, kind):
 
 
 def test_a_table_of_signals_is_no_table_of_frames(tmp_path):
-    text = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c,data,id\n0.0,1,2,40,5,6\n"
-    assert float(read_log(written(tmp_path, "log.csv", text)).motor_torque[0]) == 2.0
+    text = f"{HEADER},data,id\n0.0,1,2,40,5,6\n"
+    assert float(read_log(written(tmp_path, text, "log.csv")).motor_torque[0]) == 2.0
 
 
 @pytest.mark.parametrize(
@@ -224,22 +209,22 @@ def test_a_table_of_signals_is_no_table_of_frames(tmp_path):
     ],
 )
 def test_remote_frames_and_errors_have_no_data(tmp_path, name, text):
-    assert [one.data for one in open_frames(written(tmp_path, name, text))] == [None, None]
+    assert [one.data for one in open_frames(written(tmp_path, text, name))] == [None, None]
 
 
 @pytest.mark.parametrize("code", [9, 12])
 def test_long_frames_have_their_length_by_code_or_by_count(tmp_path, code):
     text = f";$FILEVERSION=2.1\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n1 1.0 FD 1 0100 Rx - {code} {hexed(bytes(range(12)))}\n"
-    (frame,) = open_frames(written(tmp_path, "a.trc", text))
+    (frame,) = open_frames(written(tmp_path, text, "a.trc"))
     assert frame.data == bytes(range(12))
 
 
 def test_a_clock_of_the_day_goes_on_over_midnight(tmp_path):
     text = "***SYSTEM MODE***\n23:59:59:9900 Rx 1 0x100 s 1 00\n0:00:00:0100 Rx 1 0x100 s 1 00\n"
-    first, second = open_frames(written(tmp_path, "a.log", text))
+    first, second = open_frames(written(tmp_path, text, "a.log"))
     assert second.time - first.time == pytest.approx(0.02)
 
 
 def test_a_trace_of_version_2_without_columns_says_what_it_lacks(tmp_path):
     with pytest.raises(LogError, match=r"line 2: .*;\$COLUMNS"):
-        list(open_frames(written(tmp_path, "a.trc", ";$FILEVERSION=2.1\n1 1.0 DT 1 0100 Rx - 1 00\n")))
+        list(open_frames(written(tmp_path, ";$FILEVERSION=2.1\n1 1.0 DT 1 0100 Rx - 1 00\n", "a.trc")))

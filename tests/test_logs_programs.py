@@ -3,70 +3,37 @@
 import datetime
 import struct
 
+import h5py
 import numpy as np
 import pytest
 
 from ramsight.errors import LogError, LogWarning
 from ramsight.logs import read_log
 from ramsight.logs.inspect import inspect_log
-from ramsight.logs.proposal import map_text
 
-N = 300
-TIME = np.arange(N) * 0.02
-SPEED = np.round(1500.0 * np.sin(TIME))
-TORQUE = np.round(12.5 + np.cos(TIME), 3)
-OIL = np.full(N, 41.5)
-COLUMNS = {"n_ist [1/min]": SPEED, "M_ist [Nm]": TORQUE, "T_oil [degC]": OIL}
-
-
-def mapped(folder, file):
-    """The log by the map that is proposed."""
-    text = map_text(inspect_log(file))
-    (folder / "map.toml").write_text(text, encoding="utf-8")
-    return read_log(file, folder / "map.toml")
-
-
-def assert_is_the_drive(log, samples=N):
-    assert len(log.time) == samples
-    np.testing.assert_allclose(log.time.values - log.time.values[0], TIME[:samples], atol=2e-6)
-    np.testing.assert_allclose(log.motor_speed.values * 30.0 / np.pi, SPEED[:samples], atol=1e-6)
-    np.testing.assert_allclose(log.motor_torque.values, TORQUE[:samples], atol=1e-6)
-    np.testing.assert_allclose(log.oil_temperature.values, 314.65)
-
+from . import log_bench
+from .log_bench import COLUMNS, NAMES, OIL, SPEED, TIME, TORQUE, N, is_the_drive, mapped, roles, tdms, written, xlsx
 
 # ---- TDMS
-
-
-def tdms(path, channels, properties=None):
-    nptdms = pytest.importorskip("nptdms")
-    with nptdms.TdmsWriter(path) as writer:
-        writer.write_segment(
-            [nptdms.ChannelObject("drive", name, values, dict(properties or {})) for name, values in channels.items()]
-        )
-    return path
 
 
 def test_tdms_with_waveforms(tmp_path):
     begins = np.datetime64("2026-11-26T06:00:00")
     wave = {"wf_increment": 0.02, "wf_start_offset": 0.0, "wf_start_time": begins}
-    assert_is_the_drive(mapped(tmp_path, tdms(tmp_path / "log.tdms", COLUMNS, wave)))
+    is_the_drive(mapped(tmp_path, tdms(tmp_path / "log.tdms", COLUMNS, wave))[0])
 
 
 def test_tdms_with_a_channel_of_times(tmp_path):
-    assert_is_the_drive(mapped(tmp_path, tdms(tmp_path / "log.tdms", {"Time [s]": TIME} | COLUMNS)))
+    is_the_drive(mapped(tmp_path, tdms(tmp_path / "log.tdms", {"Time [s]": TIME} | COLUMNS))[0])
     stamps = np.datetime64("2026-11-26T06:00:00", "us") + (1e6 * TIME).astype("timedelta64[us]")
-    assert_is_the_drive(mapped(tmp_path, tdms(tmp_path / "other.tdms", {"Time": stamps} | COLUMNS)))
+    is_the_drive(mapped(tmp_path, tdms(tmp_path / "other.tdms", {"Time": stamps} | COLUMNS))[0])
 
 
 def test_tdms_without_a_clock_says_so(tmp_path):
     file = tdms(tmp_path / "log.tdms", COLUMNS)
     assert all("has no clock" in one.note for one in inspect_log(file).channels)
-    (tmp_path / "map.toml").write_text(
-        'speed = {channel = "n_ist [1/min]"}\ntorque = {channel = "M_ist [Nm]"}\n'
-        'temperature = {channel = "T_oil [degC]"}\n'
-    )
     with pytest.raises(LogError, match=r"column n_ist \[1/min\]: has no clock"):
-        read_log(file, tmp_path / "map.toml")
+        read_log(file, written(tmp_path, roles(*NAMES)))
 
 
 # ---- MATLAB
@@ -74,20 +41,15 @@ def test_tdms_without_a_clock_says_so(tmp_path):
 
 def mat(path, content, version):
     if version == 5:
-        from scipy.io import savemat
-
-        savemat(path, content)
-    else:
-        import h5py
-
-        with h5py.File(path, "w", userblock_size=512) as file:
-            for name, value in content.items():
-                for inner, one in (value if isinstance(value, dict) else {"": value}).items():
-                    path_in = f"{name}/{inner}" if inner else name
-                    data = file.create_dataset(path_in, data=np.atleast_2d(one), chunks=True, compression=3)
-                    data.attrs["MATLAB_class"] = np.bytes_("double")
-            text = file.create_dataset("comment", data=np.array([[72], [105]], dtype=np.uint16))
-            text.attrs["MATLAB_class"] = np.bytes_("char")
+        return log_bench.mat(path, content)
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, value in content.items():
+            for inner, one in (value if isinstance(value, dict) else {"": value}).items():
+                path_in = f"{name}/{inner}" if inner else name
+                data = file.create_dataset(path_in, data=np.atleast_2d(one), chunks=True, compression=3)
+                data.attrs["MATLAB_class"] = np.bytes_("double")
+        text = file.create_dataset("comment", data=np.array([[72], [105]], dtype=np.uint16))
+        text.attrs["MATLAB_class"] = np.bytes_("char")
     return path
 
 
@@ -99,20 +61,13 @@ def test_vectors_of_matlab(tmp_path, version, is_struct):
     names = {one.name for one in inspect_log(file).channels}
     assert names == {f"log.{name}" if is_struct else name for name in ("n_rpm", "M_nm", "T_oil_c")}
     where = "log." if is_struct else ""
-    (tmp_path / "map.toml").write_text(
-        f'speed = {{channel = "{where}n_rpm"}}\ntorque = {{channel = "{where}M_nm"}}\n'
-        f'temperature = {{channel = "{where}T_oil_c"}}\n'
-    )
-    assert_is_the_drive(read_log(file, tmp_path / "map.toml"))
+    is_the_drive(read_log(file, written(tmp_path, roles(f"{where}n_rpm", f"{where}M_nm", f"{where}T_oil_c"))))
 
 
 def test_the_map_names_the_clock_of_a_matlab_file_and_columns_of_a_matrix(tmp_path):
     file = mat(tmp_path / "log.mat", {"x": 1e3 * TIME, "data": np.column_stack([SPEED, TORQUE, OIL])}, 5)
-    (tmp_path / "map.toml").write_text(
-        'time = {channel = "x", unit = "ms"}\nspeed = {channel = "data[1]", unit = "rpm"}\n'
-        'torque = {channel = "data[2]", unit = "N m"}\ntemperature = {channel = "data[3]", unit = "degC"}\n'
-    )
-    assert_is_the_drive(read_log(file, tmp_path / "map.toml"))
+    keys = [f'channel = "data[{k}]", unit = "{unit}"' for k, unit in enumerate(("rpm", "N m", "degC"), 1)]
+    is_the_drive(read_log(file, written(tmp_path, roles(*keys, time='channel = "x", unit = "ms"'))))
 
 
 def test_a_matlab_file_without_vectors_says_what_to_write(tmp_path):
@@ -121,8 +76,6 @@ def test_a_matlab_file_without_vectors_says_what_to_write(tmp_path):
 
 
 def test_a_part_that_is_missing_in_a_matlab_file_is_no_row_of_zeros(tmp_path):
-    import h5py
-
     with h5py.File(tmp_path / "log.mat", "w", userblock_size=512) as file:
         file.create_dataset("t", data=np.atleast_2d(TIME))
         part = file.create_dataset("n_rpm", (1, N), "f8", chunks=(1, N // 2))
@@ -134,21 +87,6 @@ def test_a_part_that_is_missing_in_a_matlab_file_is_no_row_of_zeros(tmp_path):
 # ---- Excel
 
 
-def xlsx(path, rows, others=None):
-    openpyxl = pytest.importorskip("openpyxl")
-    book = openpyxl.Workbook()
-    sheet = book.active
-    sheet.title = "drive"
-    for row in rows:
-        sheet.append(row)
-    for title, more in (others or {}).items():
-        other = book.create_sheet(title)
-        for row in more:
-            other.append(row)
-    book.save(path)
-    return path
-
-
 def rows_of(first, clock):
     table = np.column_stack(list(COLUMNS.values())).tolist()
     return [[first, *COLUMNS], *([time, *row] for time, row in zip(clock, table, strict=True))]
@@ -156,7 +94,7 @@ def rows_of(first, clock):
 
 def test_a_sheet_of_excel(tmp_path):
     file = xlsx(tmp_path / "log.xlsx", [["a test"], [], *rows_of("Time [s]", TIME.tolist())])
-    assert_is_the_drive(mapped(tmp_path, file))
+    is_the_drive(mapped(tmp_path, file)[0])
 
 
 def test_a_sheet_with_dates_and_the_longest_of_several(tmp_path):
@@ -164,19 +102,15 @@ def test_a_sheet_with_dates_and_the_longest_of_several(tmp_path):
     clock = [begins + datetime.timedelta(milliseconds=20 * k) for k in range(N)]
     file = xlsx(tmp_path / "log.xlsx", rows_of("Time", clock), {"notes": [["by", "somebody"]]})
     with pytest.warns(LogWarning, match="sheet 'drive' is read, not 'notes'"):
-        assert_is_the_drive(mapped(tmp_path, file))
+        is_the_drive(mapped(tmp_path, file)[0])
 
 
 def test_a_wrong_cell_of_excel_is_named_with_its_row(tmp_path):
     rows = rows_of("Time [s]", TIME.tolist())
     rows[10][2] = "broken"
     file = xlsx(tmp_path / "log.xlsx", rows)
-    (tmp_path / "map.toml").write_text(
-        'time = {channel = "Time [s]"}\nspeed = {channel = "n_ist [1/min]"}\ntorque = {channel = "M_ist [Nm]"}\n'
-        'temperature = {channel = "T_oil [degC]"}\n'
-    )
     with pytest.raises(LogError, match=r"log\.xlsx, line 11, column M_ist \[Nm\]: is not a number: 'broken'"):
-        read_log(file, tmp_path / "map.toml")
+        read_log(file, written(tmp_path, roles(*NAMES, time="Time [s]")))
 
 
 def test_an_empty_sheet_is_refused(tmp_path):
@@ -213,12 +147,12 @@ def scope(path, separator="\t", step=20.0, grouped=False, start=0.0):
 @pytest.mark.parametrize("separator", ["\t", ";", ","])
 @pytest.mark.parametrize("grouped", [False, True])
 def test_an_export_of_twincat_scope(tmp_path, separator, grouped):
-    assert_is_the_drive(mapped(tmp_path, scope(tmp_path / "log.csv", separator, grouped=grouped)))
+    is_the_drive(mapped(tmp_path, scope(tmp_path / "log.csv", separator, grouped=grouped))[0])
 
 
 def test_an_export_with_full_time_stamps(tmp_path):
     file = scope(tmp_path / "log.csv", step=200000.0, start=134087976000000000.0)
-    assert_is_the_drive(mapped(tmp_path, file))
+    is_the_drive(mapped(tmp_path, file)[0])
 
 
 def test_a_damaged_row_of_an_export_is_refused_with_its_line(tmp_path):
@@ -234,17 +168,9 @@ def test_a_damaged_row_of_an_export_is_refused_with_its_line(tmp_path):
 
 
 def mcap(path, encoding, schema_encoding, schema, messages, name="drive"):
-    writers = pytest.importorskip("mcap.writer")
-    with path.open("wb") as file:
-        writer = writers.Writer(file)
-        writer.start()
-        number = writer.register_schema(name, schema_encoding, schema)
-        channel = writer.register_channel("/drive", encoding, number)
-        for time, data in messages:
-            stamp = 10**18 + round(time * 1e9)
-            writer.add_message(channel, stamp, data, stamp)
-        writer.finish()
-    return path
+    """Messages of one topic, a billion seconds after the beginning of time."""
+    stamped = [("/drive", 1e9 + time, data) for time, data in messages]
+    return log_bench.mcap(path, stamped, schema, encoding, schema_encoding, name)
 
 
 @pytest.mark.parametrize("name", ["demo_msgs/msg/Drive", "drive_state"])
@@ -259,7 +185,7 @@ def test_messages_of_ros_2(tmp_path, name):
     assert {one.name for one in inspect_log(file).channels} == {
         "motor_speed_rpm", "motor_torque_nm", "oil_temperature_c"
     }  # fmt: skip
-    assert_is_the_drive(read_log(file))
+    is_the_drive(read_log(file))
 
 
 def test_messages_of_protobuf(tmp_path):
@@ -279,7 +205,7 @@ def test_messages_of_protobuf(tmp_path):
         for t, n, m, c in zip(TIME, SPEED, TORQUE, OIL, strict=True)
     ]
     file = mcap(tmp_path / "log.mcap", "protobuf", "protobuf", schema, messages, "demo.Drive")
-    assert_is_the_drive(read_log(file))
+    is_the_drive(read_log(file))
 
 
 def test_a_damaged_message_is_refused_with_its_time(tmp_path):

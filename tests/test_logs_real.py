@@ -14,49 +14,44 @@ from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
 from ramsight.logs.stamps import stamp_seconds
 
+from .log_bench import HEADER, pdo_map, roles, written
+
 N = 300
 TIME = np.arange(N) * 0.01
 SPEED = np.round(1500.0 * np.sin(TIME), 1)
 
 
-def rows(row, comma=False, count=N):
-    """Rows by a template of time, hundredths, seconds and speed."""
-    lines = [row.format(t=k / 100, k=k, s=k // 100, h=k % 100, n=SPEED[k]) for k in range(count)]
-    return "".join(line.replace(".", ",") if comma else line for line in lines)
+def rows(row, comma=False):
+    """Rows by a template of time, hundredths, seconds, milliseconds since 1970, a clock over midnight, and speed."""
+    lines = [
+        row.format(t=k / 100, k=k, s=k // 100, h=k % 100, n=SPEED[k], ms=1763700000000 + 10 * k,
+                   day="23:59:59" if k < 100 else f"00:00:0{k // 100 - 1}")
+        for k in range(N)
+    ]  # fmt: skip
+    return "".join(lines).replace(".", ",") if comma else "".join(lines)
 
 
+HEAD = "speed_rpm,torque_nm,oil_temp_c\n"
 FORMS = {
-    "ISO date and time": "timestamp,speed_rpm,torque_nm,oil_temp_c\n"
-    + rows("2025-11-21T06:30:0{s}.{h:02d}Z,{n},12.5,40.1\n"),
-    "date and time with an offset": "Date/Time,speed_rpm,torque_nm,oil_temp_c\n"
-    + rows("2025-11-21 06:30:0{s}.{h:02d}+02:00,{n},12.5,40.1\n"),
+    "ISO date and time": f"timestamp,{HEAD}" + rows("2025-11-21T06:30:0{s}.{h:02d}Z,{n},12.5,40.1\n"),
+    "date and time with an offset": f"Date/Time,{HEAD}" + rows("2025-11-21 06:30:0{s}.{h:02d}+02:00,{n},12.5,40.1\n"),
     "German columns of date and time": "Datum;Uhrzeit;n_ist [1/min];M_ist [Nm];T_Öl [°C]\n"
-    + "".join(
-        f"21.11.2025;06:30:0{k // 100},{k % 100:02d};" + f"{SPEED[k]};12.5;40.1\n".replace(".", ",") for k in range(N)
-    ),
-    "minutes and seconds": "Time,speed_rpm,torque_nm,oil_temp_c\n" + rows("59:5{s}.{h:02d},{n},12.5,40.1\n"),
-    "over midnight": "Time,speed_rpm,torque_nm,oil_temp_c\n"
-    + "".join(
-        f"{'23:59:59' if k < 100 else f'00:00:0{k // 100 - 1}'}.{k % 100:02d},{SPEED[k]},12.5,40.1\n" for k in range(N)
-    ),
+    + rows("21|11|2025;06:30:0{s}.{h:02d};{n};12.5;40.1\n", comma=True).replace("|", "."),
+    "minutes and seconds": f"Time,{HEAD}" + rows("59:5{s}.{h:02d},{n},12.5,40.1\n"),
+    "over midnight": f"Time,{HEAD}" + rows("{day}.{h:02d},{n},12.5,40.1\n"),
     "French": "Temps (s);Vitesse (tr/min);Couple (N·m);Température huile (°C)\n"
     + rows("{t:.2f};{n};12.5;40.1\n", comma=True),
     "decimal commas in quotes": '"time_s","speed_rpm","torque_nm","oil_temp_c"\n'
-    + "".join(
-        ",".join(f'"{cell}"'.replace(".", ",") for cell in (f"{TIME[k]:.2f}", SPEED[k], 12.5, 40.1)) + "\n"
-        for k in range(N)
-    ),
+    + rows('"{t:.2f}";"{n}";"12.5";"40.1"\n', comma=True).replace(";", ","),
     "three rows of header": "time,n_act,M_act,oil_temp\ns,1/min,Nm,°C\nclock,drive,drive,tank\n"
     + rows("{t:.2f},{n},12.5,40.1\n"),
-    "index of pandas": ",time_s,speed_rpm,torque_nm,oil_temp_c\n" + rows("{k},{t:.2f},{n},12.5,40.1\n"),
+    "index of pandas": f",time_s,{HEAD}" + rows("{k},{t:.2f},{n},12.5,40.1\n"),
     "no number in some cells": "time_s,speed_rpm,torque_nm,oil_temp_c,state\n"
-    + rows("{t:.2f},{n},12.5,40.1,N/A\n") .replace("40.1,N/A", "N/A,N/A", 5),
+    + rows("{t:.2f},{n},12.5,40.1,N/A\n").replace("40.1,N/A", "N/A,N/A", 5),
     "separator at the end of rows": "time_s;speed_rpm;torque_nm;oil_temp_c\n" + rows("{t:.2f};{n};12.5;40.1;\n"),
-    "header of NumPy": "# time_s,speed_rpm,torque_nm,oil_temp_c\n" + rows("{t:.2f},{n},12.5,40.1\n"),
-    "epoch in ms": "time,speed_rpm,torque_nm,oil_temp_c\n"
-    + "".join(f"{1763700000000 + 10 * k},{SPEED[k]},12.5,40.1\n" for k in range(N)),
-    "epoch in ns": "time,speed_rpm,torque_nm,oil_temp_c\n"
-    + "".join(f"{1763700000000000000 + 10_000_000 * k},{SPEED[k]},12.5,40.1\n" for k in range(N)),
+    "header of NumPy": f"# time_s,{HEAD}" + rows("{t:.2f},{n},12.5,40.1\n"),
+    "epoch in ms": f"time,{HEAD}" + rows("{ms},{n},12.5,40.1\n"),
+    "epoch in ns": f"time,{HEAD}" + rows("{ms}000000,{n},12.5,40.1\n"),
 }  # fmt: skip
 
 
@@ -100,9 +95,7 @@ def test_a_table_without_a_clock_is_listed(tmp_path):
 
 def test_a_clock_that_is_no_time_says_which_line(tmp_path):
     (tmp_path / "log.csv").write_text("Time,n,M\n00:00:01,1,2\n25 o'clock,1,2\n")
-    text = 'time = {channel = "Time"}\nspeed = {channel = "n", unit = "rpm"}\n'
-    text += 'torque = {channel = "M", unit = "N m"}\ntemperature = {constant = "40 degC"}\n'
-    (tmp_path / "map.toml").write_text(text)
+    written(tmp_path, roles('channel = "n", unit = "rpm"', 'channel = "M", unit = "N m"', time="Time"))
     with pytest.raises(LogError, match=r"line 3, column Time: is no date or time of day: '25 o'clock'"):
         list(open_log(tmp_path / "log.csv", tmp_path / "map.toml"))
 
@@ -110,16 +103,11 @@ def test_a_clock_that_is_no_time_says_which_line(tmp_path):
 @pytest.mark.parametrize(
     ("text", "seconds"),
     [
-        ("1970-01-01T00:00:00Z", 0.0),
-        ("1970-01-01T02:00:00.5+02:00", 0.5),
-        ("02.01.1970 00:00", 86400.0),
-        ("1970/01/02", 86400.0),
-        ("01/13/1970 0:00:01", 12 * 86400.0 + 1.0),
-        ("12:00:00 AM", 0.0),
-        ("01:02:03,25", 3723.25),
-        ("62:03", 3723.0),
+        ("1970-01-01T00:00:00Z", 0.0), ("1970-01-01T02:00:00.5+02:00", 0.5), ("02.01.1970 00:00", 86400.0),
+        ("1970/01/02", 86400.0), ("01/13/1970 0:00:01", 12 * 86400.0 + 1.0), ("12:00:00 AM", 0.0),
+        ("01:02:03,25", 3723.25), ("62:03", 3723.0),
     ],
-)
+)  # fmt: skip
 def test_dates_and_times_of_day(text, seconds):
     assert stamp_seconds(text) == seconds
 
@@ -157,10 +145,7 @@ def test_bus_logging_in_an_mdf_file_is_read_by_a_map_of_frames(tmp_path):
         mdf.append(asammdf.Signal(name="CAN_DataFrame", samples=frames, timestamps=TIME + 5.0, source=source))
         mdf.save(tmp_path / "bus.mf4", overwrite=True, compression=2)
     assert inspect_log(tmp_path / "bus.mf4").frames == {0x181: (N, 8)}
-    text = 'speed = {channel = "606Ch"}\ntorque = {channel = "6077h", rated = "10 N m"}\n'
-    text += 'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x181\nobjects = ["606Ch", "6077h"]\n'
-    (tmp_path / "map.toml").write_text(text)
-    log = read_log(tmp_path / "bus.mf4", tmp_path / "map.toml")
+    log = read_log(tmp_path / "bus.mf4", written(tmp_path, pdo_map()))
     np.testing.assert_allclose(log.time, TIME, atol=1e-9)
     np.testing.assert_allclose(log.motor_speed, np.round(SPEED) * 2 * np.pi / 60)
     assert log.motor_torque.values.tolist() == [8.0] * N
@@ -173,18 +158,11 @@ def test_bus_logging_in_an_mdf_file_is_read_by_a_map_of_frames(tmp_path):
     [("first_row = 3", "first_row = 3: is no line under the header"), ('decimal = ";"', "decimal = ';': is not known")],
 )
 def test_the_layout_of_a_map_is_checked(tmp_path, line, said):
-    text = 'speed = {channel = "n", unit = "rpm"}\ntorque = {channel = "M", unit = "N m"}\n'
-    text += f'temperature = {{constant = "40 degC"}}\n[csv]\nheader_line = 3\n{line}\n'
-    (tmp_path / "map.toml").write_text(text)
     with pytest.raises(DescriptionError, match=said):
-        load_map(tmp_path / "map.toml")
+        load_map(written(tmp_path, f"{roles()}[csv]\nheader_line = 3\n{line}\n"))
 
 
 def test_a_clock_that_the_table_does_not_have_is_named(tmp_path):
-    (tmp_path / "log.csv").write_text("time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0.0,1,2,40\n")
-    (tmp_path / "map.toml").write_text(
-        'time = {channel = "tim%_s", unit = "s"}\nspeed = {channel = "motor_speed_rpm", unit = "rpm"}\n'
-        'torque = {channel = "motor_torque_nm", unit = "N m"}\ntemperature = {constant = "40 degC"}\n'
-    )
+    file = written(tmp_path, f"{HEADER}\n0.0,1,2,40\n", "log.csv")
     with pytest.raises(UnknownNameError, match="tim%_s"):
-        read_log(tmp_path / "log.csv", tmp_path / "map.toml")
+        read_log(file, written(tmp_path, roles("motor_speed_rpm", "motor_torque_nm", time="tim%_s")))

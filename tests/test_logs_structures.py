@@ -11,36 +11,26 @@ from ramsight.logs import read_log
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
 
-RPM = 2.0 * np.pi / 60.0
-N = 200
-TIME = np.arange(N) * 0.02
-SPEED = np.round(1500.0 * np.sin(3.0 * TIME), 1)
-TORQUE = np.round(12.5 + np.cos(TIME), 3)
-NAMES = ("Time [s]", "n_ist [1/min]", "M_ist [Nm]", "T_oil [degC]")
-ROWS = list(zip(TIME.tolist(), SPEED.tolist(), TORQUE.tolist(), [40.0] * N, strict=True))
+from . import log_bench
+from .log_bench import (
+    OIL,
+    RPM,
+    SPEED,
+    TIME,
+    TORQUE,
+    N,
+    is_the_drive,
+    lines_of,
+    mapped,
+    parquet,
+    pdo_map,
+    roles,
+    written,
+    xlsx,
+)
 
-
-def written(folder, text, name="map.toml"):
-    file = folder / name
-    file.write_text(text, encoding="utf-8")
-    return file
-
-
-def mapped(folder, file, **more):
-    """The log by the map that is proposed, and that map."""
-    text = map_text(inspect_log(file, **more))
-    return read_log(file, written(folder, text)), text
-
-
-def is_the_drive(log):
-    assert len(log.time) == N
-    np.testing.assert_allclose(log.time.values - log.time.values[0], TIME, atol=1e-6)
-    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED, atol=1e-6)
-    np.testing.assert_allclose(log.motor_torque.values, TORQUE)
-
-
-def lines_of(separator=",", names=NAMES):
-    return [separator.join(names), *(separator.join(map(str, row)) for row in ROWS)]
+ROWS = list(zip(TIME.tolist(), SPEED.tolist(), TORQUE.tolist(), OIL.tolist(), strict=True))
+NAMES = ("Time [s]", *log_bench.NAMES)
 
 
 # ---- tables of text
@@ -58,14 +48,10 @@ def test_the_header_under_annotations_of_influxdb(tmp_path):
 @pytest.mark.parametrize(
     "after",
     [
-        ["", "[Statistics]", "Samples: 200"],
-        ["//END"],
-        ["[End]"],
-        ["", "(end of data)"],
-        ["; checksum 77"],
+        ["", "[Statistics]", "Samples: 200"], ["//END"], ["[End]"], ["", "(end of data)"], ["; checksum 77"],
         ["---- end of recording ----"],
     ],
-)
+)  # fmt: skip
 def test_what_stands_below_the_table_is_left_out(tmp_path, after):
     file = written(tmp_path, "\n".join([*lines_of(), *after]) + "\n", "log.csv")
     with pytest.warns(LogWarning, match="from this line on stand no rows, a summary perhaps"):
@@ -108,14 +94,11 @@ def test_series_one_below_the_other_are_refused_with_the_reason(tmp_path, name, 
         text = "\n".join(["Series;Time;Value", *(f"{series};{at};{value}" for series, at, value in rows)])
         written(tmp_path, text + "\n", name)
     else:
-        arrow, files = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
-        series, at, value = zip(*rows, strict=True)
-        files.write_table(arrow.table({"Series": series, "Time": at, "Value": value}), tmp_path / name)
+        parquet(tmp_path / name, dict(zip(("Series", "Time", "Value"), zip(*rows, strict=True), strict=True)))
     words = r"there is a row for each value of a series \(speed, torque\), one below the other: write a column for each"
     with pytest.warns(LogWarning, match=words):
         inspect_log(tmp_path / name)
-    mapping = 'time = {channel = "Time"}\nspeed = {channel = "Value", unit = "rpm"}\n'
-    mapping += 'torque = {channel = "Value", unit = "N m"}\ntemperature = {constant = "40 degC"}\n'
+    mapping = roles('channel = "Value", unit = "rpm"', 'channel = "Value", unit = "N m"', time="Time")
     with pytest.raises(LogError, match=words):
         read_log(tmp_path / name, written(tmp_path, mapping))
 
@@ -160,15 +143,6 @@ def test_names_of_drives_are_proposed(tmp_path, name, role):
 # ---- Excel
 
 
-def book(path, rows, merged=()):
-    made = pytest.importorskip("openpyxl").Workbook()
-    for row in rows:
-        made.active.append(list(row))
-    for one in merged:
-        made.active.merge_cells(one)
-    made.save(path)
-
-
 def changed(path, old, new):
     """A book whose first sheet has one text in the place of another."""
     import zipfile
@@ -184,64 +158,49 @@ def changed(path, old, new):
 
 
 def test_a_sheet_that_states_too_small_a_size_is_read_whole(tmp_path):
-    file = tmp_path / "log.xlsx"
-    book(file, [NAMES, *ROWS])
+    file = xlsx(tmp_path / "log.xlsx", [NAMES, *ROWS])
     changed(file, rb'<dimension ref="[^"]*"', b'<dimension ref="A1:C60"')
     log, _ = mapped(tmp_path, file)
     is_the_drive(log)
 
 
 def test_a_column_under_a_merged_header_has_the_name_of_its_place(tmp_path):
-    file = tmp_path / "log.xlsx"
-    units = ("s", "rpm", "Nm", "degC")
-    book(file, [("Time", "Drive", None, "Oil"), units, *ROWS], ["B1:C1"])
+    rows = [("Time", "Drive", None, "Oil"), ("s", "rpm", "Nm", "degC"), *ROWS]
+    file = xlsx(tmp_path / "log.xlsx", rows, merged=["B1:C1"])
     names = [(one.name, one.unit, one.samples) for one in inspect_log(file).channels]
     assert names == [("Drive", "rpm", N), ("column 3", "Nm", N), ("Oil", "degC", N)]
-    mapping = 'time = {channel = "Time"}\nspeed = {channel = "Drive"}\ntorque = {channel = "column 3"}\n'
-    is_the_drive(read_log(file, written(tmp_path, mapping + 'temperature = {channel = "Oil"}\n')))
+    is_the_drive(read_log(file, written(tmp_path, roles("Drive", "column 3", "Oil", time="Time"))))
 
 
 def test_formulas_without_a_stored_value_are_said(tmp_path):
-    file = tmp_path / "log.xlsx"
-    book(file, [NAMES, *((at, f"=10*{n}", m, c) for at, n, m, c in ROWS)])
-    with pytest.warns(LogWarning, match="200 formulas have no stored value, and are read as empty cells: open"):
+    file = xlsx(tmp_path / "log.xlsx", [NAMES, *((at, f"=10*{n}", m, c) for at, n, m, c in ROWS)])
+    with pytest.warns(LogWarning, match=f"{N} formulas have no stored value, and are read as empty cells: open"):
         inspect_log(file)
 
 
 # ---- messages
 
 
-def joint_states(path, late=0.0):
+def joint_states(path):
     """Messages of ROS 2's kind of a joint, arriving in bursts, stamped when they were measured."""
-    import json
-
-    writers = pytest.importorskip("mcap.writer")
-    with path.open("wb") as file:
-        writer = writers.Writer(file)
-        writer.start()
-        schema = writer.register_schema("sensor_msgs/msg/JointState", "jsonschema", b'{"properties": {}}')
-        channels = {topic: writer.register_channel(topic, "json", schema) for topic in ("/speed", "/torque", "/oil")}
-        for first in range(0, N, 50):
-            arrived = (first + 50) * 20_000_000
-            for topic, field, values in (
-                ("/torque", "effort", TORQUE), ("/speed", "velocity", SPEED * RPM),
-                ("/oil", "temperature", np.full(N, 40.0)),
-            ):  # fmt: skip
-                for number in range(first, first + 50):
-                    stamp = {"sec": 1_773_000_000 + int(TIME[number]), "nanosec": round(TIME[number] % 1.0 * 1e9)}
-                    value = float(values[number])
-                    content = {"header": {"stamp": stamp}, field: value if field == "temperature" else [value, 0.0]}
-                    writer.add_message(channels[topic], arrived, json.dumps(content).encode(), arrived)
-        writer.finish()
-    return path
+    messages = []
+    for first in range(0, N, 50):
+        fields = (("/torque", "effort", TORQUE), ("/speed", "velocity", SPEED * RPM), ("/oil", "temperature", OIL))
+        for topic, field, values in fields:
+            for number in range(first, first + 50):
+                stamp = {"sec": 1_773_000_000 + int(TIME[number]), "nanosec": round(TIME[number] % 1.0 * 1e9)}
+                value = float(values[number])
+                content = {"header": {"stamp": stamp}, field: value if field == "temperature" else [value, 0.0]}
+                messages.append((topic, 0.02 * (first + 50), content))
+    return log_bench.mcap(path, messages, b'{"properties": {}}', name="sensor_msgs/msg/JointState")
 
 
 def test_numbers_of_lists_are_channels_and_stamps_in_messages_are_times(tmp_path):
     file = joint_states(tmp_path / "log.mcap")
     units = {one.name: one.unit for one in inspect_log(file).channels}
     assert (units["velocity[0]"], units["effort[0]"]) == ("rad/s", "N m")
-    mapping = 'time = {channel = "header.stamp"}\nspeed = {channel = "velocity[0]"}\ntorque = {channel = "effort[0]"}\n'
-    mapping += 'temperature = {channel = "temperature", unit = "degC"}\n'
+    oil = 'channel = "temperature", unit = "degC"'
+    mapping = roles("velocity[0]", "effort[0]", oil, time="header.stamp")
     is_the_drive(read_log(file, written(tmp_path, mapping)))
 
 
@@ -292,10 +251,8 @@ def j1939(folder, to):
             data = b"".join(int(value).to_bytes(2, "little", signed=True) for value in values).hex().upper()
             lines.append(f"({1000.0 + at + 1e-3 * place:.6f}) can0 0CEF{goal:02X}31#{data}FFFFFFFF")
     written(folder, DBC.replace("2364473073", str((1 << 31) | 0x0CEF2131)), "drive.dbc")
-    text = (
-        'speed = {channel = "Drive.Speed"}\ntorque = {channel = "Drive.Torque"}\ntemperature = {constant = "40 degC"}\n'
-    )
-    return written(folder, "\n".join(lines) + "\n", "log.log"), text + '[can]\ndbc = "drive.dbc"\nj1939 = true\n'
+    text = roles("Drive.Speed", "Drive.Torque") + '[can]\ndbc = "drive.dbc"\nj1939 = true\n'
+    return written(folder, "\n".join(lines) + "\n", "log.log"), text
 
 
 def test_two_destinations_of_one_sender_are_no_channel(tmp_path):
@@ -315,8 +272,7 @@ def test_two_destinations_of_one_sender_are_no_channel(tmp_path):
 
 def test_identifiers_of_29_bits_are_not_taken_for_11_without_a_word(tmp_path):
     lines = [f"({1000.0 + at:.6f}) can0 00000181#{int(n) & 0xFFFF:04X}0000" for at, n in zip(TIME, SPEED, strict=True)]
-    mapping = 'speed = {channel = "606Ch"}\ntorque = {channel = "6077h", rated = "10 N m"}\n'
-    mapping += 'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x181\nobjects = ["606Ch INT16", "6077h"]\n'
+    mapping = pdo_map(objects=("606Ch INT16", "6077h"))
     with pytest.warns(LogWarning, match="frames 181h have identifiers of 29 bits here, and 11 in the map"):
         read_log(written(tmp_path, "\n".join(lines) + "\n", "log.log"), written(tmp_path, mapping))
     with warnings.catch_warnings():

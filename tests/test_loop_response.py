@@ -9,11 +9,8 @@ ROOT = Path(__file__).parent.parent
 
 
 @pytest.fixture
-def module(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "evaluation")
-    import loop_response
-
-    return loop_response
+def module(script):
+    return script("loop_response")
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.1, 0.22, 0.3])

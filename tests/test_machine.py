@@ -4,7 +4,7 @@ import math
 import re
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ramsight import machine, units
@@ -12,14 +12,10 @@ from ramsight.errors import DescriptionError, RamsightError, UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.base import Part
-from ramsight.machine.declare import declaration, explain
+from ramsight.machine.declare import declaration, explain, quantity
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import PLACED
-
-
-@pytest.fixture(scope="module")
-def loader():
-    return machine.load_machine("mining-loader")
+from ramsight.machine.reading import _machine
 
 
 @pytest.fixture(scope="module")
@@ -73,9 +69,7 @@ def test_values_are_si(loader):
 
 CHANGES = [
     (
-        'bore = "127 mm" ',
-        'bore = "2 m" ',
-        "units.boom.cylinder.bore = '2 m': out of range",
+        'bore = "127 mm" ', 'bore = "2 m" ', "units.boom.cylinder.bore = '2 m': out of range",
         "at least 1 mm, at most 1 m",
     ),
     ('bore = "127 mm" ', 'bore = "0 mm" ', "units.boom.cylinder.bore = '0 mm': out of range", "at least 1 mm"),
@@ -83,9 +77,7 @@ CHANGES = [
     ('bore = "127 mm" ', 'bore = "127 bar" ', "cylinder.bore = '127 bar': 'bar' does not fit", "a length such as"),
     ('bore = "127 mm" ', "bore = [1] ", "units.boom.cylinder.bore: expected a length", "such as '127 mm'"),
     (
-        'bore = "127 mm" ',
-        'boer = "127 mm" ',
-        "units.boom.cylinder.boer: unknown key",
+        'bore = "127 mm" ', 'boer = "127 mm" ', "units.boom.cylinder.boer: unknown key",
         "did you mean 'bore'? (and 1 more)",
     ),
     ('bore = "127 mm" ', "", "units.boom.cylinder.bore: is missing: inner diameter of the barrel", "at least 1 mm"),
@@ -100,9 +92,7 @@ CHANGES = [
     ('= "tellus-t-32"', '= "tellus"', "a.toml: units.boom.oil: unknown oil 'tellus'", "did you mean 'tellus-t-32'"),
     ('model = "PGI100-2-008"', "", "units.boom.pump_a", "or name a model of the catalogue"),
     (
-        'effective_bulk_modulus = "0.6',
-        'effective_bulk_modulus = "1.6',
-        "hose.effective_bulk_modulus",
+        'effective_bulk_modulus = "0.6', 'effective_bulk_modulus = "1.6', "hose.effective_bulk_modulus",
         "at most 1.2 GPa",
     ),
     ("format = 1", "format = 2", "a.toml: format = 2: was written for a newer ramsight", "up to format 1"),
@@ -118,7 +108,7 @@ CHANGES = [
     ('bore = "127 mm" ', 'bore = { value = "127 mm", source = 3 } ', "cylinder.bore.source: a source is text", ""),
     ("belt = ", 'belt = "28/0" # ', "units.boom.pump_a.belt = '28/0': a ratio cannot be over zero", ""),
     ('name = "my-machine"', 'name = ""', "name", "at least 1 character"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("old", "new", "start", "words"), CHANGES, ids=range(len(CHANGES)))
@@ -233,6 +223,11 @@ def test_every_parameter_is_explained_and_bounded():
                 assert not isinstance(field.default, float) or declared.read(field.default) == field.default
 
 
+def test_a_bound_is_a_number_in_the_unit_or_has_a_unit_of_its_own():
+    assert quantity("mm", "", least=0.5, below="1 m").range == "at least 0.5 mm, below 1 m"
+    assert quantity("1", "", above=0, most=2).range == "above 0, at most 2"
+
+
 def test_replace_checks_and_keeps_the_rest(loader):
     worn = loader.replace({"units.boom.pump_a.volumetric_efficiency": 0.85, "units.boom.cylinder.bore": "6 in"})
     assert worn.unit("boom").pump_a.volumetric_efficiency == 0.85
@@ -307,19 +302,23 @@ JSON = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
     max_leaves=5,
 )
-KEYS = sorted(value.path for value in machine.walk(machine.load_machine("mining-loader").unit("boom"), "units.boom."))
+COMPOSED = [("eha-single-rod", "axis"), ("press", "ram")]
+KEYS = sorted(
+    f"{name}.{value.path}" for name, unit in [("mining-loader", "boom"), *COMPOSED]
+    for value in machine.walk(machine.load_machine(name).unit(unit), f"units.{unit}.")
+    if value.given or name == "mining-loader"
+)  # fmt: skip
 
 
+@settings(max_examples=200)
 @given(path=st.sampled_from(KEYS), junk=JSON)
 def test_junk_in_any_place_is_read_or_refused_in_one_line(path, junk):
-    data = catalogue.read_toml(catalogue.find("machine", "mining-loader").path)
-    *places, key = path.split(".")
+    name, *places, key = path.split(".")
+    data = catalogue.read_toml(catalogue.find("machine", name).path)
     place = data
     for step in places:
         place = place.setdefault(step, {})  # a table of defaults alone may be missing
     place[key] = junk
-    from ramsight.machine.reading import _machine
-
     try:
         _machine(data, "a.toml")
     except RamsightError as error:

@@ -169,36 +169,6 @@ def test_values_of_a_part_change_by_their_path():
         worn.replace({"units.ram.parts.pump_a.belt": 0.0})
 
 
-JUNK = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
-    max_leaves=5,
-)
-PATHS = sorted({
-    value.path for name, unit in MACHINES[1:3]
-    for value in machine.walk(machine.load_machine(name).unit(unit), f"{name}.units.{unit}.") if value.given
-})  # fmt: skip
-
-
-@given(path=st.sampled_from(PATHS), junk=JUNK)
-def test_junk_in_any_place_is_read_or_refused_in_one_line(path, junk):
-    from ramsight.machine.reading import _machine
-
-    name, *places, key = path.split(".")
-    data = catalogue.read_toml(catalogue.find("machine", name).path)
-    place = data
-    for step in places:
-        place = place.setdefault(step, {})
-    place[key] = junk
-    try:
-        _machine(data, "a.toml")
-    except RamsightError as error:
-        said = str(error)
-    else:
-        return
-    assert "a.toml" in said
-
-
 def test_every_kind_of_part_is_used_or_shown_in_the_catalogue():
     known = [*MACHINES, ("eha-valve-rig", "axis"), ("loader-valve-controlled", "boom")]
     used = {part.kind for name, unit in known for part in machine.load_machine(name).unit(unit).parts.values()}

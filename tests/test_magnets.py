@@ -9,7 +9,6 @@ from ramsight import machine
 from ramsight.duty import Magnets, report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
-from ramsight.logs import read_log, write_log
 from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
@@ -80,20 +79,3 @@ def test_what_is_left_of_the_gain_is_assumed(day, sensors):
     assert float(tracked(sensors["told"], run, log)["position_std"][-1]) > float(
         tracked(less, run, log)["position_std"][-1]
     )
-
-
-def test_logs_keep_it_in_degrees(day, tmp_path):
-    log = day[1].isel(time=slice(0, 100))
-    write_log(log, tmp_path / "log.csv")
-    assert "motor_temperature_c" in (tmp_path / "log.csv").read_text().splitlines()[0]
-    np.testing.assert_allclose(read_log(tmp_path / "log.csv")["motor_temperature"], log["motor_temperature"])
-    text = "".join(
-        f'{role} = {{channel = "{column}", unit = "{unit}"}}\n'
-        for role, column, unit in (
-            ("time", "time_s", "s"), ("speed", "motor_speed_rpm", "rpm"), ("torque", "motor_torque_nm", "N m"),
-            ("temperature", "oil_temperature_c", "degC"), ("motor_temperature", "motor_temperature_c", "degC"),
-        )
-    )  # fmt: skip
-    (tmp_path / "map.toml").write_text(text)
-    mapped = read_log(tmp_path / "log.csv", tmp_path / "map.toml")
-    np.testing.assert_allclose(mapped["motor_temperature"], log["motor_temperature"])

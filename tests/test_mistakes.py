@@ -1,7 +1,5 @@
 """Gross mistakes in how a log is read: named by what the whole of it contradicts; its track is invalid."""
 
-import subprocess
-import sys
 import warnings
 
 import numpy as np
@@ -17,6 +15,8 @@ from ramsight.tracking import mistakes
 from ramsight.tracking.mistakes import Explanations, evidence, visits
 from ramsight.tracking.pressed import STAYS, Press, Pressed, pressing_sides
 from ramsight.tracking.watched import EXAMINED, Watch
+
+from .command import as_command, at_once
 
 RPM = np.pi / 30.0
 DAYS = {("mining-loader", "boom"): "300 kN", ("mining-loader", "bucket"): "90 kN"}
@@ -35,9 +35,12 @@ def days():
 
 def swapped(log):
     """Speed in rpm and torque in N m, each in the other's column."""
-    return log.assign(
-        motor_speed=("time", log.motor_torque.values * RPM), motor_torque=("time", log.motor_speed.values / RPM)
-    )
+    speed, torque = ("time", log.motor_torque.values * RPM), ("time", log.motor_speed.values / RPM)
+    return log.assign(motor_speed=speed, motor_torque=torque)
+
+
+def reversed_(log):
+    return log.assign(motor_torque=-log.motor_torque, motor_speed=-log.motor_speed)
 
 
 WRONG = {
@@ -45,11 +48,7 @@ WRONG = {
     "half": (lambda log: log.assign(motor_torque=log.motor_torque * 0.5), "torque", "the torque is 0.5 times"),
     "double": (lambda log: log.assign(motor_torque=log.motor_torque * 2.0), "torque", "the torque is 2 times"),
     "swapped": (swapped, "torque", "speed and torque are exchanged"),
-    "reversed": (
-        lambda log: log.assign(motor_torque=-log.motor_torque, motor_speed=-log.motor_speed),
-        "torque",
-        "the signs of speed and torque are both reversed",
-    ),
+    "reversed": (reversed_, "torque", "the signs of speed and torque are both reversed"),
 }
 
 
@@ -129,11 +128,6 @@ def lifted(levels, free=200, pressed=40):
         torque += [0.0] * 20 + [20.0] * free + [level] * pressed
         speed += [0.0] * 20 + [100.0] * (free + pressed)
     return np.arange(len(speed)) * 0.02, np.array(speed), np.array(torque), np.full(len(speed), 313.15)
-
-
-@pytest.fixture
-def boom():
-    return ramsight.build("mining-loader", unit="boom")
 
 
 def test_a_plateau_at_the_end_of_a_free_move_is_a_press(boom):
@@ -216,16 +210,10 @@ def test_evidence_grows_with_presses_up_to_what_is_independent(boom):
 # ---- what a user sees
 
 
-def command(*words, cwd):
-    return subprocess.run(
-        [sys.executable, "-m", "ramsight.cli", *words], capture_output=True, text=True, cwd=cwd, check=False
-    )
-
-
 def test_track_ends_with_the_likeliest_mistake_and_its_positions_are_invalid(days, tmp_path):
     write_log(WRONG["half"][0](days["boom"]), tmp_path / "day.csv")
     words = ["track", "mining-loader", "day.csv", "--unit", "boom", "--out", "track.csv", "--state", "state.json"]
-    done = command(*words, cwd=tmp_path)
+    done = as_command(*words, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     last = done.stdout.splitlines()[-1]
     assert last.startswith("likeliest mistake: the torque is 0.5 times what it should be")
@@ -235,7 +223,7 @@ def test_track_ends_with_the_likeliest_mistake_and_its_positions_are_invalid(day
     assert all(status.startswith(("invalid", "not referenced")) for status in statuses), statuses
     assert not (tmp_path / "state.json").exists()
     assert "state.json: left as it was" in done.stdout
-    assert command(*words, "--strict", cwd=tmp_path).returncode == 1
+    assert at_once(*words, "--strict", cwd=tmp_path).returncode == 1
 
 
 def test_a_track_in_python_says_it_too_of_pieces_as_well(days):
@@ -265,21 +253,21 @@ def test_a_track_without_a_position_is_an_error_where_it_is_strict(tmp_path):
     (tmp_path / "rest.csv").write_text(f"time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n{rows}")
     words = ["track", "mining-loader", "rest.csv", "--unit", "boom", "--out", "track.csv"]
     for strict, code in (([], 0), (["--strict"], 1)):
-        done = command(*words, *strict, cwd=tmp_path)
+        done = at_once(*words, *strict, cwd=tmp_path)
         assert done.returncode == code, done.stderr
         assert ("error: no sample has a position" in done.stderr) == bool(strict)
         assert (tmp_path / "track.csv").read_text().splitlines()[-1].startswith("1.980000,,,not referenced,,,,0")
-        assert command(*words, *strict, "--start", "100 mm", cwd=tmp_path).returncode == 0
+        assert at_once(*words, *strict, "--start", "100 mm", cwd=tmp_path).returncode == 0
 
 
 def test_strict_is_for_every_verb_that_reads_a_log_and_has_no_verdict_of_its_own(tmp_path):
     (tmp_path / "cut.csv").write_text("time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0.0,1,2,40\n0.02,1,2")
     for words in (["logs", "inspect", "cut.csv"], ["logs", "inspect", "cut.csv", "--strict"]):
-        done = command(*words, cwd=tmp_path)
+        done = at_once(*words, cwd=tmp_path)
         assert "breaks off in this line" in done.stderr
         assert done.returncode == ("--strict" in words)
     for verb in ("track", "leak-test", "identify", "compare"):
-        assert "--strict" in command(verb, "--help", cwd=tmp_path).stdout
+        assert "--strict" in at_once(verb, "--help", cwd=tmp_path).stdout
 
 
 @pytest.mark.parametrize(("good", "is_found"), [(EXAMINED - 1, True), (EXAMINED, False)])

@@ -1,6 +1,5 @@
 """The table of mutants fits the code, and CONTRIBUTING.md lists what survives with its reason."""
 
-import importlib
 import json
 import shlex
 from pathlib import Path
@@ -10,11 +9,9 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 
-@pytest.fixture(scope="module")
-def script():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(ROOT / "evaluation")
-        yield importlib.import_module("mutants")
+@pytest.fixture
+def script(script):
+    return script("mutants")
 
 
 def test_each_mutant_changes_one_place_and_has_tests(script):

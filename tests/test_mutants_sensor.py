@@ -22,14 +22,10 @@ def test_the_number_of_a_status_says_its_validity_to_the_last_one(number, validi
 @pytest.mark.parametrize(
     ("status", "validity"),
     [
-        (Status.OK, "ok"),
-        (Status.REFERENCE_DUE, "uncertain"),
-        (Status.NOT_REFERENCED, "not referenced"),
-        (Status.TOO_UNCERTAIN, "invalid"),
-        (Status.INPUT_LOST, "invalid"),
-        (Status.SIGN_CONTRADICTED, "invalid"),
+        (Status.OK, "ok"), (Status.REFERENCE_DUE, "uncertain"), (Status.NOT_REFERENCED, "not referenced"),
+        (Status.TOO_UNCERTAIN, "invalid"), (Status.INPUT_LOST, "invalid"), (Status.SIGN_CONTRADICTED, "invalid"),
     ],
-)
+)  # fmt: skip
 def test_known_statuses_have_the_validity_that_the_pages_state(status, validity):
     assert status.validity == validity
     assert status.text.startswith(validity)

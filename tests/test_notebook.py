@@ -42,11 +42,6 @@ class Seen(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def loader():
-    return ramsight.load_machine("mining-loader")
-
-
-@pytest.fixture(scope="module")
 def run(loader):
     return ramsight.simulate(loader, unit="boom", load="300 kN", start="120 mm")
 

@@ -13,6 +13,7 @@ import pytest
 
 from evaluation.page_tables import quality_table
 from ramsight.deploy.encoder.alarms import Fault
+from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.opcua import OpcuaError, OpcuaServer, address_of
 from ramsight.deploy.encoder.quality import QUALITY, quality_of
 from ramsight.deploy.opcua_process import FIRST_CLIENTS, MOST_CLIENTS, NAMESPACE
@@ -118,18 +119,22 @@ def test_a_client_reads_the_position_with_what_it_is_worth(port):
 
 
 def _warm(bus):
-    from ramsight.deploy.encoder.frame import Frame
-
     bus.node.sdo[0x2100].raw = 400
     return Frame(0x80)
 
 
-def test_what_the_encoder_says_before_the_server_begins_is_served(port):
+def referenced():
+    """An encoder that has been told where the piston is."""
     device = encoder()
     bus = Master(device)
     bus.node.sdo[0x2100].raw = 400
     bus.rest(0.2)
     bus.node.sdo[0x6003].raw = 10000
+    return device
+
+
+def test_what_the_encoder_says_before_the_server_begins_is_served(port):
+    device = referenced()
     server = OpcuaServer(device, "boom", port=port, old=PATIENCE)
     server.take()
     with server:
@@ -138,11 +143,7 @@ def test_what_the_encoder_says_before_the_server_begins_is_served(port):
 
 
 def test_what_the_encoder_has_not_said_lately_is_not_good(port):
-    device = encoder()
-    bus = Master(device)
-    bus.node.sdo[0x2100].raw = 400
-    bus.rest(0.2)
-    bus.node.sdo[0x6003].raw = 10000
+    device = referenced()
     with OpcuaServer(device, "boom", port=port, old=3.0) as server:
 
         def is_good():

@@ -232,13 +232,8 @@ def test_a_map_names_a_file_of_another_drive_as_a_whole(monkeypatch, tmp_path):
 @pytest.mark.parametrize("encoding", ["cp1252", "ascii", "cp437"])
 def test_a_console_with_few_characters_stops_no_verb(tmp_path, encoding):
     for words in (("check", "mining-loader"), ("track", "mining-loader", LOG, "--unit", "boom"), ("catalog",)):
-        done = subprocess.run(
-            [sys.executable, "-m", "ramsight.cli", *map(str, words)],
-            capture_output=True,
-            check=False,
-            cwd=tmp_path,
-            env=os.environ | {"PYTHONIOENCODING": encoding},
-        )
+        command, known = [sys.executable, "-m", "ramsight.cli"], os.environ | {"PYTHONIOENCODING": encoding}
+        done = subprocess.run([*command, *map(str, words)], capture_output=True, check=False, cwd=tmp_path, env=known)
         assert (done.returncode, done.stderr) == (0, b"")
         assert done.stdout.decode(encoding)
 

@@ -218,15 +218,12 @@ def test_netcdf_without_its_library_is_refused_in_one_line(tmp_path, monkeypatch
 @pytest.mark.parametrize(
     ("name", "units", "expected"),
     [
-        ("position", "m", "position_m"),
-        ("motor_torque", "N m", "motor_torque_nm"),
-        ("velocity", "m/s", "velocity_m_per_s"),
-        ("flow_a", "m3/s", "flow_a_m3_per_s"),
-        ("flow_a", "m^3/s", "flow_a_m3_per_s"),
-        ("oil_temperature", "K", "oil_temperature_k"),
+        ("position", "m", "position_m"), ("motor_torque", "N m", "motor_torque_nm"),
+        ("velocity", "m/s", "velocity_m_per_s"), ("flow_a", "m3/s", "flow_a_m3_per_s"),
+        ("flow_a", "m^3/s", "flow_a_m3_per_s"), ("oil_temperature", "K", "oil_temperature_k"),
         ("status", "1", "status"),
     ],
-)
+)  # fmt: skip
 def test_columns_are_named_by_variable_and_unit(name, units, expected):
     assert column_name(name, units) == expected
 
@@ -283,20 +280,10 @@ def test_a_bar_does_not_load_rich_before_it_shows():
 @pytest.mark.parametrize(
     "name",
     [
-        "logs.channels",
-        "logs.drive_log",
-        "logs.header",
-        "logs.rows",
-        "logs.stamps",
-        "logs.truth",
-        "output.atomic",
-        "output.cells",
-        "output.dataset",
-        "output.table_file",
-        "progress",
-        "tracking.position_errors",
+        "logs.channels", "logs.drive_log", "logs.header", "logs.rows", "logs.stamps", "logs.truth", "output.atomic",
+        "output.cells", "output.dataset", "output.table_file", "progress", "tracking.position_errors",
     ],
-)
+)  # fmt: skip
 def test_examples_in_docstrings_run(name):
     failed, tried = doctest.testmod(importlib.import_module(f"ramsight.{name}"))
     assert (failed, tried > 0) == (0, True)

@@ -174,15 +174,10 @@ for path, most, how in (one.split(":") for one in sys.argv[1:]):
 @pytest.mark.posix
 def test_a_full_disk_is_one_line_in_every_format(tmp_path):
     cases = [
-        ("a.nc", 100, "pieces"),
-        ("b.nc", 60_000, "pieces"),
-        ("c.nc", 60_000, "whole"),
-        ("d.csv", 60_000, "pieces"),
-        ("e.csv.gz", 60_000, "pieces"),
-        ("f.parquet", 60_000, "pieces"),
-        ("g.mf4", 60_000, "pieces"),
+        ("a.nc", 100, "pieces"), ("b.nc", 60_000, "pieces"), ("c.nc", 60_000, "whole"), ("d.csv", 60_000, "pieces"),
+        ("e.csv.gz", 60_000, "pieces"), ("f.parquet", 60_000, "pieces"), ("g.mf4", 60_000, "pieces"),
         ("h.mcap", 60_000, "pieces"),
-    ]
+    ]  # fmt: skip
     for name, _, _ in cases:
         (tmp_path / name).write_text("old")
     asked = [f"{tmp_path / name}:{most}:{how}" for name, most, how in cases]

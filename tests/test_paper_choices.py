@@ -85,12 +85,10 @@ def test_a_machine_without_the_papers_loads_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (["--loads", "heavy"], "stated, shares"),
-        (["--ramp", "1 h"], "0.05 s to 5 s"),
-        (["--set", "nothing"], "UNIT.PART.KEY=VALUE"),
-        (["--set", "boom.hoze.diameter=19 mm"], "hoze"),
+        (["--loads", "heavy"], "stated, shares"), (["--ramp", "1 h"], "0.05 s to 5 s"),
+        (["--set", "nothing"], "UNIT.PART.KEY=VALUE"), (["--set", "boom.hoze.diameter=19 mm"], "hoze"),
     ],
-)
+)  # fmt: skip
 def test_the_command_refuses_what_cannot_be_before_it_works(tmp_path, options, text):
     done = CliRunner().invoke(app, ["--out", str(tmp_path / "out"), *options])
     assert done.exit_code != 0

@@ -24,13 +24,11 @@ def bench():
 def moves(unit, position, time):
     log = xarray.Dataset(
         {
-            "motor_speed": ("time", np.zeros(len(time))),
-            "motor_torque": ("time", np.zeros(len(time))),
-            "oil_temperature": ("time", np.full(len(time), 313.15)),
-            "position": ("time", position),
+            "motor_speed": ("time", np.zeros(len(time))), "motor_torque": ("time", np.zeros(len(time))),
+            "oil_temperature": ("time", np.full(len(time), 313.15)), "position": ("time", position),
         },
         coords={"time": time},
-    )
+    )  # fmt: skip
     return log.drop_vars("position"), log
 
 

@@ -30,16 +30,6 @@ ORACLE = [
 PER_REV = 2 * math.pi * 1e3
 
 
-@pytest.fixture(scope="module")
-def loader():
-    return machine.load_machine("mining-loader")
-
-
-@pytest.fixture(scope="module")
-def units(loader):
-    return {name: build_ddh(name, unit) for name, unit in loader.units.items()}
-
-
 @pytest.mark.parametrize("row", ORACLE, ids=[f"{row[0]}-{row[1]}kN" for row in ORACLE])
 def test_steady_lift_and_lower(units, row):
     name, load, *travels, pressure, lift, lower = row
@@ -89,12 +79,10 @@ def test_load_at_relief(units):
 @pytest.mark.parametrize(
     ("unit", "pump", "leak", "friction"),
     [
-        ("boom", "pump_a", 4.391e-12, 5.588e-7),
-        ("boom", "pump_b", 1.697e-12, 3.072e-7),
-        ("bucket", "pump_a", 5.708e-12, 9.344e-7),
-        ("bucket", "pump_b", 2.772e-12, 4.187e-7),
+        ("boom", "pump_a", 4.391e-12, 5.588e-7), ("boom", "pump_b", 1.697e-12, 3.072e-7),
+        ("bucket", "pump_a", 5.708e-12, 9.344e-7), ("bucket", "pump_b", 2.772e-12, 4.187e-7),
     ],
-)
+)  # fmt: skip
 def test_pump_coefficients(units, unit, pump, leak, friction):
     part = getattr(units[unit], pump[-1]).pump
     assert part.leak_coefficient(32e-6, 872.0) == pytest.approx(leak, rel=2e-4, abs=0.0)

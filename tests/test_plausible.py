@@ -1,14 +1,13 @@
 """A wrong unit or sign looks healthy sample by sample; against the machine it is noticed."""
 
 import re
-import subprocess
-import sys
 import warnings
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray
 
 from ramsight.api.abilities import abilities
 from ramsight.errors import LogWarning
@@ -16,17 +15,14 @@ from ramsight.logs import open_log, read_log, write_log
 from ramsight.logs.mapped import standard_map
 from ramsight.machine import load_machine
 from ramsight.plant.build import build
-from ramsight.plant.ddh import build_ddh
 from ramsight.tracking.plausible import _signs, reportable
 from ramsight.tracking.pressed import Pressed
 from ramsight.tracking.watched import watched
 
+from .command import as_command
+from .log_bench import roles, written
+
 RPM = np.pi / 30.0
-
-
-@pytest.fixture(scope="module")
-def units():
-    return {name: build_ddh(name, load_machine("mining-loader").unit(name)) for name in ("boom", "bucket")}
 
 
 def warned(log, unit, channel_map=None):
@@ -55,15 +51,9 @@ WRONG = {
     "speed in rad/s taken for rpm": ({"motor_speed": lambda v: v * RPM}, "motor_speed_rpm", "rad/s"),
     "speed in rpm taken for rad/s": ({"motor_speed": lambda v: v / RPM}, "motor_speed_rpm", "rpm"),
     "speed in deg/s taken for rpm": ({"motor_speed": lambda v: v * 6.0}, "motor_speed_rpm", "deg/s"),
-    "temperature in degF": (
-        {"oil_temperature": lambda v: (v - 273.15) * 1.8 + 32.0 + 273.15},
-        "oil_temperature_c",
-        "degF",
-    ),
+    "temperature in degF": ({"oil_temperature": lambda v: 1.8 * v - 0.8 * 273.15 + 32.0}, "oil_temperature_c", "degF"),
     "torque in percent of 30 N m": (
-        {"motor_torque": lambda v: v / 0.3},
-        "motor_torque_nm",
-        "percent of the rated torque",
+        {"motor_torque": lambda v: v / 0.3}, "motor_torque_nm", "percent of the rated torque",
     ),
     "torque in permille of 60 N m": ({"motor_torque": lambda v: v / 0.06}, "motor_torque_nm", "permille"),
     "torque in mN m": ({"motor_torque": lambda v: v * 1e3}, "motor_torque_nm", "mN m"),
@@ -74,11 +64,9 @@ WRONG = {
     "torque with the other sign": ({"motor_torque": lambda v: -v}, "motor_torque_nm", "sign of speed or torque"),
     "speed with the other sign": ({"motor_speed": lambda v: -v}, "motor_torque_nm", "sign of speed or torque"),
     "both with the other sign": (
-        {"motor_torque": lambda v: -v, "motor_speed": lambda v: -v},
-        "motor_torque_nm",
-        "signs of speed and torque",
+        {"motor_torque": lambda v: -v, "motor_speed": lambda v: -v}, "motor_torque_nm", "signs of speed and torque",
     ),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", ["boom_441kN_40C", "boom_258kN_40C", "bucket_48kN_40C"])
@@ -103,12 +91,10 @@ def test_a_wrong_unit_or_sign_is_named_with_the_one_that_fits(trace, units, case
 
 
 def test_channels_are_called_as_in_the_map(trace, units, tmp_path):
-    (tmp_path / "map.toml").write_text(
-        'time = {channel = "t"}\nspeed = {channel = "n"}\ntorque = {channel = "M"}\ntemperature = {channel = "T"}\n'
-    )
+    names = written(tmp_path, roles("n", "M", "T", time="t"))
     log = read_log(trace("boom_441kN_40C").log)
     log["motor_speed"] = log.motor_speed * RPM
-    assert warned(log, units["boom"], tmp_path / "map.toml")[0].startswith("day.csv, column n: ")
+    assert warned(log, units["boom"], names)[0].startswith("day.csv, column n: ")
 
 
 def test_a_finding_is_said_once_and_at_the_first_piece(trace, units):
@@ -123,17 +109,9 @@ def test_a_finding_is_said_once_and_at_the_first_piece(trace, units):
 
 
 def test_a_log_without_numbers_is_not_judged(units):
-    log = read_drive_log_of_nothing()
-    assert warned(log, units["boom"]) == []
-
-
-def read_drive_log_of_nothing():
-    import xarray
-
     empty = ("time", np.full(10, np.nan))
-    return xarray.Dataset(
-        {"motor_speed": empty, "motor_torque": empty, "oil_temperature": empty}, coords={"time": np.full(10, np.nan)}
-    )
+    columns = dict.fromkeys(("motor_speed", "motor_torque", "oil_temperature"), empty)
+    assert warned(xarray.Dataset(columns, coords={"time": empty}), units["boom"]) == []
 
 
 def test_limits_are_those_of_the_machine(units):
@@ -162,9 +140,9 @@ def test_track_says_it_and_over_how_many_samples_the_error_is(trace, tmp_path):
     log = read_log(trace("boom_441kN_40C").log)
     log["motor_speed"] = log.motor_speed * RPM
     write_log(log, tmp_path / "log.csv")
-    command = [sys.executable, "-m", "ramsight.cli", "track", "mining-loader", "log.csv", "--unit", "boom"]
-    command += ["--start", "100 mm", "--truth", str(trace("boom_441kN_40C").truth)]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=True)
+    words = ("track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 mm")
+    done = as_command(*words, "--truth", trace("boom_441kN_40C").truth, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
     said = [line for line in done.stderr.splitlines() if not line.endswith("so far")]  # on a slow machine
     assert len(said) == 1
     assert said[0].startswith("warning: log.csv, column motor_speed_rpm: the motor never turns faster than 157 rpm")

@@ -7,7 +7,6 @@ import pickle
 import xml.dom.minidom
 from collections import Counter
 from decimal import Decimal
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -19,11 +18,6 @@ from ramsight.errors import RamsightError
 
 AsBuilt = ramsight.AsBuilt
 SAMPLE = {"time": 0.0, "motor_speed": 0.0, "motor_torque": 0.0, "oil_temperature": 313.15}
-
-
-@pytest.fixture(scope="module")
-def boom():
-    return ramsight.build("mining-loader", "boom")
 
 
 @pytest.fixture(scope="module")
@@ -160,12 +154,10 @@ CHEAP = (
 )  # fmt: skip
 
 
-def test_odd_arguments_are_refused_in_one_line_or_have_a_meaning(monkeypatch, tmp_path):
+def test_odd_arguments_are_refused_in_one_line_or_have_a_meaning(script, monkeypatch, tmp_path):
     """A few of what `make fuzz` tries of every function."""
-    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "fuzz")
     monkeypatch.chdir(tmp_path)
-    import odd_arguments
-
+    odd_arguments = script("odd_arguments", "fuzz")
     tried, odd = odd_arguments.prepare(tmp_path), odd_arguments.odd_values()
     functions = {name for name in ramsight.__all__ if inspect.isfunction(getattr(ramsight, name))}
     assert functions <= set(tried), "a new function is tried, too"

@@ -12,12 +12,14 @@ from ramsight.api.commissioning import _mending
 from ramsight.deploy.fmeda import fmeda_table
 from ramsight.duty.live_further import LiveFurther
 from ramsight.duty.reading_report import ReadingReport, declared_readings
-from ramsight.logs import read_log, write_log
+from ramsight.logs import read_log
 from ramsight.logs.channels import FURTHER, READINGS
 from ramsight.logs.mapped import SI
 from ramsight.plant.build import build
 from ramsight.sensor.inputs.sample import MEASURED, declared_inputs
 from ramsight.sensor.report.detectors import DETECTORS
+
+from .log_bench import roles, written
 
 NAME = "absolute_position"
 HOW = {"std": "2 mm", "offset": "1 mm", "delay": "100 ms", "wrong": "2 %", "every": "10 s"}
@@ -140,22 +142,11 @@ def test_what_readings_share_is_never_averaged_away():
 # Logs
 
 
-def test_logs_keep_readings(tmp_path, worked):
-    _, log = worked
-    log = log.isel(time=slice(0, 1200))
-    for name in ("log.csv", "log.parquet"):
-        write_log(log, tmp_path / name)
-        assert np.allclose(read_log(tmp_path / name)[NAME], log[NAME], atol=1e-9, equal_nan=True)
-
-
 def test_a_mapped_reading_counts_once_at_the_sample_that_comes_with_it_or_after_it(tmp_path):
     rows = "".join(f"{0.02 * k:.2f},1500,12.5,40,{'123' if k == 7 else ''}\n" for k in range(20))
-    (tmp_path / "log.csv").write_text(f"t,n,M,T,laser\n{rows}")
-    (tmp_path / "map.toml").write_text(
-        'time = {channel = "t", unit = "s"}\nspeed = {channel = "n", unit = "rpm"}\n'
-        'torque = {channel = "M", unit = "N m"}\ntemperature = {channel = "T", unit = "degC"}\n'
-        f'{NAME} = {{channel = "laser", unit = "mm", offset = 2.0}}\n'
-    )
-    found = read_log(tmp_path / "log.csv", tmp_path / "map.toml")[NAME].values
+    file = written(tmp_path, f"t,n,M,T,laser\n{rows}", "log.csv")
+    keys = ('channel = "n", unit = "rpm"', 'channel = "M", unit = "N m"', 'channel = "T", unit = "degC"')
+    more = {"time": 'channel = "t", unit = "s"', NAME: 'channel = "laser", unit = "mm", offset = 2.0'}
+    found = read_log(file, written(tmp_path, roles(*keys, **more)))[NAME].values
     assert np.flatnonzero(np.isfinite(found)).tolist() == [7]
     assert found[7] == pytest.approx(0.125)

@@ -5,22 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from ramsight import machine
 from ramsight.duty import report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build
 from ramsight.sensor.reckoned import reckoned
 from ramsight.sensor.status import Status
 
 WARM = 313.15
-
-
-@pytest.fixture(scope="module")
-def boom():
-    return build(machine.load_machine("mining-loader").unit("boom"), "boom")
 
 
 @pytest.fixture(scope="module")
@@ -117,12 +110,10 @@ def test_a_way_and_the_way_back_cancel_what_is_unknown_of_the_displacement(boom)
 @pytest.mark.parametrize(
     ("bad", "status"),
     [
-        ({"motor_speed": math.nan}, Status.INPUT_LOST),
-        ({"motor_torque": math.nan}, Status.INPUT_LOST),
-        ({"motor_speed": 1e4}, Status.IMPLAUSIBLE_SPEED),
-        ({"oil_temperature": math.nan}, Status.TEMPERATURE_LOST),
+        ({"motor_speed": math.nan}, Status.INPUT_LOST), ({"motor_torque": math.nan}, Status.INPUT_LOST),
+        ({"motor_speed": 1e4}, Status.IMPLAUSIBLE_SPEED), ({"oil_temperature": math.nan}, Status.TEMPERATURE_LOST),
     ],
-)
+)  # fmt: skip
 def test_an_input_that_cannot_be_is_said_and_leaves_no_mark(boom, bad, status):
     sensor = reckoned(boom)
     sensor.start(0.2)

@@ -17,12 +17,9 @@ CASES = {case["name"]: case for case in json.loads((FOLDER / "cases.json").read_
 P95, LARGEST = 2.0e-3, 5.0e-3  # m
 # Oil that went over a relief valve is not found again before a stop: then the errors that are said to be ok count.
 OTHERS = {
-    "obstacles": (2.5e-3, 6e-3),
-    "coarse": (4e-3, 5e-3),
-    "warming": (4.5e-3, 8e-3),
-    "drift": (3e-3, 5e-3),
+    "obstacles": (2.5e-3, 6e-3), "coarse": (4e-3, 5e-3), "warming": (4.5e-3, 8e-3), "drift": (3e-3, 5e-3),
     "ground": (np.inf, np.inf),
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

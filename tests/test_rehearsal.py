@@ -17,13 +17,9 @@ from .command import at_once
 
 RPM = np.pi / 30.0
 UNITS = {
-    "boom": ("mining-loader", "boom"),
-    "bucket": ("mining-loader", "bucket"),
-    "forklift": ("forklift-mast", "lift"),
-    "press": ("press", "ram"),
-    "double rod": ("eha-test-bench", "axis"),
-    "pilot check": ("eha-single-rod", "axis"),
-}
+    "boom": ("mining-loader", "boom"), "bucket": ("mining-loader", "bucket"), "forklift": ("forklift-mast", "lift"),
+    "press": ("press", "ram"), "double rod": ("eha-test-bench", "axis"), "pilot check": ("eha-single-rod", "axis"),
+}  # fmt: skip
 WORN = ramsight.AsBuilt(leak=1.2, displacement=0.997, stiffness=0.8, friction=1.3)
 
 

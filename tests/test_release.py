@@ -1,6 +1,5 @@
 """A release says one version everywhere, is cited as it is, and is checked by the same script on every host."""
 
-import importlib
 import re
 import tomllib
 from datetime import date
@@ -138,9 +137,8 @@ def test_every_dependency_of_users_has_a_lowest_version(project):
 
 
 @pytest.fixture
-def sbom(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "package")
-    return importlib.import_module("sbom")
+def sbom(script):
+    return script("sbom", "package")
 
 
 def part(name, version="1.0"):

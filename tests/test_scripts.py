@@ -46,19 +46,10 @@ CALLS = {
     "leak-test": ("leak-test", "mining-loader", "leak.csv", "--unit", "boom"),
     "commission": ("commission", "mining-loader", "leak.csv", "--unit", "boom"),
     "datasheet": (
-        "datasheet",
-        *BOOM,
-        "--machines",
-        "1",
-        "--duty",
-        "lift-lower",
-        "--sensor",
-        "balance",
-        "--out",
-        "sheet",
+        "datasheet", *BOOM, "--machines", "1", "--duty", "lift-lower", "--sensor", "balance", "--out", "sheet",
     ),
     "logs-inspect": ("logs", "inspect", "leak.csv"),
-}
+}  # fmt: skip
 SLOW = {"datasheet", "commission"}
 
 

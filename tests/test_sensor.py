@@ -4,33 +4,17 @@ import numpy as np
 import pytest
 import xarray
 
-from ramsight import machine
 from ramsight.calibration.sensors import sensor_for
 from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.errors import UnknownNameError
 from ramsight.logs import read_log, read_truth
-from ramsight.plant.ddh import build_ddh
 from ramsight.tracking.position_errors import first_stop_contact, position_errors
 
 PAPER_CYCLES = [
-    "boom_129kN_40C",
-    "boom_258kN_40C",
-    "boom_441kN_40C",
-    "boom_441kN_20C",
-    "boom_441kN_60C",
-    "boom_300kN_30C_400rpm",
-    "boom_300kN_30C_800rpm",
-    "boom_300kN_30C_2400rpm",
-    "bucket_48kN_40C",
-    "bucket_96kN_40C",
-    "bucket_162kN_40C",
-]
-
-
-@pytest.fixture(scope="module")
-def units():
-    loader = machine.load_machine("mining-loader")
-    return {name: build_ddh(name, loader.unit(name)) for name in loader.units}
+    "boom_129kN_40C", "boom_258kN_40C", "boom_441kN_40C", "boom_441kN_20C", "boom_441kN_60C",
+    "boom_300kN_30C_400rpm", "boom_300kN_30C_800rpm", "boom_300kN_30C_2400rpm", "bucket_48kN_40C",
+    "bucket_96kN_40C", "bucket_162kN_40C",
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -118,10 +102,7 @@ def test_a_step_at_a_time_is_the_same_as_a_whole_log(trace, sensors, kind):
     for k in range(log.sizes["time"]):
         row = log.isel(time=k)
         estimate = sensor.step(
-            float(row["time"]),
-            float(row["motor_speed"]),
-            float(row["motor_torque"]),
-            float(row["oil_temperature"]),
+            float(row["time"]), float(row["motor_speed"]), float(row["motor_torque"]), float(row["oil_temperature"])
         )
         assert estimate.position == whole["position"].values[k]
 

@@ -11,6 +11,7 @@ import signal
 import socket
 import threading
 import time
+from contextlib import closing
 from dataclasses import fields, replace
 from pathlib import Path
 from urllib.parse import parse_qsl
@@ -53,8 +54,9 @@ TRACES = Path(__file__).parent / "traces"
 STARTED = (Status.OK, Status.REFERENCE_DUE)  # an entered position is due a reference until a contact agrees
 
 
-def run(rig, seconds):
-    """Let a rig run; its rows."""
+def run(rig, seconds, **levers):
+    """Let a rig run, with its levers where they are or there; its rows."""
+    rig.levers.update(levers)
     return [rig.step() for _ in range(round(seconds / rig.period))]
 
 
@@ -64,52 +66,38 @@ def press():
 
 
 def test_a_lever_moves_the_piston_and_the_estimate_follows_within_its_band(press):
-    press.levers["ram"] = 0.6
-    rows = run(press, 4.0)
+    rows = run(press, 4.0, ram=0.6)
     first, last = rows[0]["ram"], rows[-1]["ram"]
     assert last.position - first.position > 0.02
     for row in rows:
         said = row["ram"].estimates["kalman"]
         assert abs(said.position - row["ram"].position) <= TWO_SIDED_95 * said.position_std
-    press.levers["ram"] = 0.0
-    run(press, 1.5)
+    run(press, 1.5, ram=0.0)
     assert press.step()["ram"].motor_speed == 0.0
 
 
 def test_a_worn_pump_moves_the_plain_balance_away(press):
     press.turn(replace(press.knobs, leak=2.5, load=1.0))
-    press.levers["ram"] = 0.3
-    last = run(press, 6.0)[-1]["ram"]
+    last = run(press, 6.0, ram=0.3)[-1]["ram"]
     assert abs(last.estimates["balance"].position - last.position) > 0.01
     healthy = Rig(machine.load_machine("press"))
     healthy.turn(replace(healthy.knobs, load=1.0))
-    healthy.levers["ram"] = 0.3
-    other = run(healthy, 6.0)[-1]["ram"]
+    other = run(healthy, 6.0, ram=0.3)[-1]["ram"]
     assert abs(other.estimates["balance"].position - other.position) < 1e-3
 
 
 TURNED = {
-    "load": 0.8,
-    "oil_temperature": 323.15,
-    "ambient": 253.15,
-    "leak": 2.0,
-    "displacement": 0.98,
-    "stiffness": 0.6,
-    "friction": 2.0,
-    "torque_gain": 1.1,
-    "magnets": 40.0,
-    "torque_step": 2.0,
-    "report_delay": 0.1,
+    "load": 0.8, "oil_temperature": 323.15, "ambient": 253.15, "leak": 2.0, "displacement": 0.98, "stiffness": 0.6,
+    "friction": 2.0, "torque_gain": 1.1, "magnets": 40.0, "torque_step": 2.0, "report_delay": 0.1,
     "temperature_offset": 5.0,
-}
+}  # fmt: skip
 OF_THE_REPORT = {"torque_gain", "magnets", "torque_step", "report_delay", "temperature_offset"}
 
 
 def lifted(**turned):
     rig = Rig(machine.load_machine("press"))
     rig.turn(replace(rig.knobs, **turned))
-    rig.levers["ram"] = 0.5
-    return run(rig, 2.0)[-1]["ram"]
+    return run(rig, 2.0, ram=0.5)[-1]["ram"]
 
 
 @pytest.mark.slow
@@ -222,10 +210,8 @@ def test_the_oil_warms_up_no_faster_than_oil_does_and_the_machine_with_it(press)
 def test_losses_warm_the_pumps_before_the_tank_and_the_air_cools_them_again(press):
     press.knobs = replace(press.knobs, load=1.0, ambient=313.15)
     for _ in range(3):
-        press.levers["ram"] = 0.4
-        run(press, 3.0)
-        press.levers["ram"] = -0.4
-        run(press, 3.0)
+        run(press, 3.0, ram=0.4)
+        run(press, 3.0, ram=-0.4)
     oil = press.oil["ram"]
     lost = press.accounts["ram"].losses
     into_case = sum(energy for name, energy in lost.items() if name.startswith("pump") and not name.endswith("belt"))
@@ -258,8 +244,7 @@ def test_the_machine_runs_by_the_oil_in_its_pumps_and_the_thermometer_is_in_its_
 def test_oil_that_is_held_stays_where_its_knob_is_and_is_let_go_again(press):
     press.hold_oil(on=True)
     press.turn(replace(press.knobs, oil_temperature=315.15, ambient=253.15, load=1.0))
-    press.levers["ram"] = 0.4
-    run(press, 6.0)
+    run(press, 6.0, ram=0.4)
     assert (press.oil["ram"].pumps, press.oil["ram"].tank) == (315.15, 315.15)
     press.hold_oil(on=False)
     run(press, 1.0)
@@ -298,8 +283,7 @@ def test_a_lost_temperature_is_said_and_goes_again(press):
 
 
 def test_sensors_that_are_started_anew_know_where_the_piston_is(press):
-    press.levers["ram"] = 0.5
-    run(press, 2.0)
+    run(press, 2.0, ram=0.5)
     press.fault("temperature", on=True)
     assert math.isnan(run(press, 0.2)[-1]["ram"].estimates["balance"].position)
     press.fault("temperature", on=False)
@@ -311,8 +295,7 @@ def test_sensors_that_are_started_anew_know_where_the_piston_is(press):
 
 def test_a_speed_that_reads_too_much_moves_the_estimate_away(press):
     press.fault("speed", on=True)
-    press.levers["ram"] = 0.6
-    last = run(press, 3.0)[-1]["ram"]
+    last = run(press, 3.0, ram=0.6)[-1]["ram"]
     gone = last.position - 0.4 * press.sheet["ram"].cylinder.stroke
     error = last.estimates["balance"].position - last.position
     assert error == pytest.approx(0.03 * gone, rel=0.2)
@@ -321,16 +304,13 @@ def test_a_speed_that_reads_too_much_moves_the_estimate_away(press):
 def test_a_frozen_torque_stays_what_it_was_when_it_froze(press):
     run(press, 0.2)
     press.fault("torque", on=True)
-    press.levers["ram"] = 0.6
-    last = run(press, 3.0)[-1]["ram"]
+    last = run(press, 3.0, ram=0.6)[-1]["ram"]
     assert abs(last.motor_torque - press._frozen["ram"]) > 2.0
 
 
 def test_power_that_comes_back_finds_the_position_where_it_was(press):
-    press.levers["ram"] = 0.5
-    run(press, 2.0)
-    press.levers["ram"] = 0.0
-    before = run(press, 2.0)[-1]["ram"]
+    run(press, 2.0, ram=0.5)
+    before = run(press, 2.0, ram=0.0)[-1]["ram"]
     press.fault("power", on=True)
     dead = run(press, 1.0)[-1]["ram"]
     assert dead.estimates == {}  # a drive without power reports nothing
@@ -365,8 +345,7 @@ def test_warm_magnets_move_what_the_sensor_takes_for_the_load_unless_the_motor_s
     off = []
     for stds in ({}, {"motor_temperature": "1 %"}):
         rig = declaring("press", "ram", **stds)
-        rig.levers["ram"] = 0.2
-        cold = run(rig, 2.0)[-1]["ram"].estimates["kalman"].load
+        cold = run(rig, 2.0, ram=0.2)[-1]["ram"].estimates["kalman"].load
         rig.turn(replace(rig.knobs, magnets=0.0))
         rig._magnets = 60.0  # at once, for the test
         rig.knobs = replace(rig.knobs, magnets=60.0)
@@ -385,8 +364,7 @@ def test_magnets_warm_up_no_faster_than_a_motor_is_heated(press):
 def test_a_declared_counter_of_the_shaft_contradicts_a_speed_that_reads_too_much():
     for stds, contradicted in (({}, False), ({"shaft": "1 deg"}, True)):
         rig = declaring("press", "ram", **stds)
-        rig.levers["ram"] = 0.6
-        run(rig, 1.0)
+        run(rig, 1.0, ram=0.6)
         rig.fault("speed", on=True)
         said = {row["ram"].estimates["kalman"].status.name for row in run(rig, 3.0)}
         assert any("SPEED" in name for name in said) == contradicted, said
@@ -399,8 +377,7 @@ def test_a_declared_angle_of_the_link_brings_back_an_estimate_that_was_told_a_li
         run(rig, 1.0)
         for sensor in rig.sensors["boom"].values():
             sensor.start(rig._at["boom"] + 0.05)
-        rig.levers["boom"] = 0.3
-        last = run(rig, 6.0)[-1]["boom"]
+        last = run(rig, 6.0, boom=0.3)[-1]["boom"]
         off.append(abs(last.estimates["kalman"].position - last.position))
     assert off[0] > 0.04
     assert off[1] < 0.5 * off[0]
@@ -408,8 +385,7 @@ def test_a_declared_angle_of_the_link_brings_back_an_estimate_that_was_told_a_li
 
 def test_declared_power_and_pressures_reach_the_sensor():
     rig = declaring("press", "ram", power="1 %", pressure="1 bar")
-    rig.levers["ram"] = 0.4
-    row = run(rig, 2.0)[-1]["ram"]
+    row = run(rig, 2.0, ram=0.4)[-1]["ram"]
     assert row.estimates["kalman"].status in STARTED
     assert abs(row.estimates["kalman"].position - row.position) < 1e-3
     seen = rig._further["ram"].sample(row.position, row.motor_speed, row.motor_torque, (row.pressure_a, row.pressure_b))
@@ -423,9 +399,8 @@ def test_what_is_reported_live_is_what_is_reported_of_a_run():
     rig = declaring("mining-loader", "boom", link_angle="0.5 deg", shaft="1 deg", power="1 %", pressure="1 bar")
     unit = rig.sheet["boom"]
     how = declared_report(unit, 3)
-    how = replace(
-        how, link=replace(how.link, noise=0.0, lag=0.1), power=replace(how.power, noise=0.0), pressure_noise=0.0
-    )
+    link = replace(how.link, noise=0.0, lag=0.1)
+    how = replace(how, link=link, power=replace(how.power, noise=0.0), pressure_noise=0.0)
     live = LiveFurther(unit, 0.02, 3)
     live._how, live._link = how, LiveLink(how.link, np.random.default_rng(0))
     time = 0.02 * np.arange(200)
@@ -451,25 +426,20 @@ def test_unknown_faults_are_refused(press):
 def test_every_kind_of_machine_follows_its_levers(name):
     rig = Rig(machine.load_machine(name))
     first = rig.step()
-    for unit in rig.levers:
-        rig.levers[unit] = 0.4
-    last = run(rig, 2.0)[-1]
+    last = run(rig, 2.0, **dict.fromkeys(rig.levers, 0.4))[-1]
     for unit, row in last.items():
         assert row.position > first[unit].position + 1e-3
         assert abs(row.estimates["kalman"].position - row.position) < 3e-3
         assert math.isfinite(row.pressure_a)
     assert all(math.isfinite(rig.of(unit, "pump_a.flow")) or name != "mining-loader" for unit in rig.sheet)
-    for unit in rig.levers:
-        rig.levers[unit] = -0.4
-    back = run(rig, 3.0)[-1]
+    back = run(rig, 3.0, **dict.fromkeys(rig.levers, -0.4))[-1]
     assert all(back[unit].position < row.position for unit, row in last.items())
 
 
 def test_an_obstacle_stops_the_piston_and_lets_it_go_again(press):
     begun = press.step()["ram"].position
     press.fault("obstacle", on=True)
-    press.levers["ram"] = 0.5
-    held = run(press, 4.0)[-1]["ram"]
+    held = run(press, 4.0, ram=0.5)[-1]["ram"]
     assert held.position == pytest.approx(begun + 0.02, abs=3e-3)
     assert held.pressure_a > 200e5  # it presses until a relief valve opens
     press.turn(replace(press.knobs, leak=1.1))  # another knob leaves it there
@@ -479,8 +449,7 @@ def test_an_obstacle_stops_the_piston_and_lets_it_go_again(press):
 
 
 def test_sensors_are_switched_on_where_the_piston_is_and_off(press):
-    press.levers["ram"] = 0.5
-    run(press, 1.0)
+    run(press, 1.0, ram=0.5)
     press.sense("balance", on=False)
     press.sense("unreferenced", on=True)
     row = press.step()["ram"]
@@ -513,27 +482,22 @@ def test_a_duty_that_plays_goes_up_and_down_between_its_turning_points(press, na
 def test_what_flows_in_the_lines_of_a_drawing_is_what_the_parts_pass_and_is_lost_nowhere(name):
     rig = Rig(machine.load_machine(name))
     unit = next(iter(rig.levers))
-    rig.levers[unit] = 0.5 * rig.sheet[unit].lift_sign
-    run(rig, 3.0)
+    run(rig, 3.0, **{unit: 0.5 * rig.sheet[unit].lift_sign})
     sheet = drawn(rig.sheet[unit])
 
     def flow(part):
         return rig.of(unit, f"{part}.flow")
 
-    lines = [
-        (one, sum(factor * flow(part) for part, factor in one.flows.items())) for one in chains(sheet, rig.sheet[unit])
-    ]
+    shown = chains(sheet, rig.sheet[unit])
+    lines = [(one, sum(factor * flow(part) for part, factor in one.flows.items())) for one in shown]
     full = max(abs(passing) for _, passing in lines)
     assert full > 1e-5
     ends = {}  # what comes to the end of lines
     for one, passing in lines:
         for at, sign in ((one.points[0], -1.0), (one.points[-1], 1.0)):
             ends.setdefault((one.node, at), []).append(sign * passing)
-    ports = {
-        (node, placed.symbol.ports[port]): (placed, port)
-        for placed in sheet.placed
-        for port, node in placed.ends.items()
-    }
+    placed_ports = [(placed, port, node) for placed in sheet.placed for port, node in placed.ends.items()]
+    ports = {(node, placed.symbol.ports[port]): (placed, port) for placed, port, node in placed_ports}
     for place, comes in ends.items():
         if place not in ports:
             assert len(comes) == 1 or abs(sum(comes)) < 0.02 * full, place  # a line that ends at its node's name
@@ -571,17 +535,15 @@ def test_every_joule_that_came_in_is_somewhere(name):
     unit = next(iter(rig.levers))
     lift = rig.sheet[unit].lift_sign
     for lever in (0.5 * lift, -0.5 * lift):
-        rig.levers[unit] = lever
-        run(rig, 3.0)
+        run(rig, 3.0, **{unit: lever})
     found = flows(rig.sheet[unit], rig.accounts[unit])
     came, went = sum(found["in"].values()), sum(found["out"].values())
     assert came == pytest.approx(went, abs=1e-3 * came + 0.01)
     assert found["in"]["drive"] > 0.0
     assert found["out"]["pumps: friction"] > 0.0
     if found["in"]["load comes down"] > 0.1:
-        assert found["regenerated"] == pytest.approx(
-            found["out"]["back to the drive"] / found["in"]["load comes down"], abs=0.01
-        )
+        given_back = found["out"]["back to the drive"] / found["in"]["load comes down"]
+        assert found["regenerated"] == pytest.approx(given_back, abs=0.01)
     rig.begin_account()
     assert flows(rig.sheet[unit], rig.accounts[unit])["in"]["drive"] == 0.0
 
@@ -606,10 +568,8 @@ def served_with_patience(monkeypatch):
         await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
         await send({"type": "http.response.body", "body": b"ok"})
 
-    config = uvicorn.Config(
-        Guard(app, None, 100), port=0, http=web_server.ClosingProtocol, log_level="critical", lifespan="off"
-    )
-    server = uvicorn.Server(config)
+    closing_one = {"http": web_server.ClosingProtocol, "log_level": "critical", "lifespan": "off"}
+    server = uvicorn.Server(uvicorn.Config(Guard(app, None, 100), port=0, **closing_one))
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()
     while not server.started:
@@ -652,12 +612,8 @@ def asked(guard, headers, *, kind="http", query="", path="/", body=b""):
     async def send(message):
         sent.append(message)
 
-    scope = {
-        "type": kind,
-        "path": path,
-        "query_string": query.encode(),
-        "headers": [(name.encode(), value.encode()) for name, value in headers.items()],
-    }
+    coded = [(name.encode(), value.encode()) for name, value in headers.items()]
+    scope = {"type": kind, "path": path, "query_string": query.encode(), "headers": coded}
     asyncio.run(guard(scope, receive, send))
     return sent
 
@@ -795,13 +751,11 @@ def test_a_source_alone_writes_the_value_that_holds():
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
-        ("cylinder.bore", "3 kg", "expected a length"),
-        ("cylinder.number", "1.5", "whole number"),
-        ("pump_a.model", "PGI", "unknown pump"),
-        ("load_direction", "up", "unknown choice"),
+        ("cylinder.bore", "3 kg", "expected a length"), ("cylinder.number", "1.5", "whole number"),
+        ("pump_a.model", "PGI", "unknown pump"), ("load_direction", "up", "unknown choice"),
         ("cylinder.stroke", "", "is missing"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_is_said_where_it_is_and_stays_as_it_was_written(key, value, words):
     boom = machine.load_machine("mining-loader")
     path = f"units.boom.{key}"
@@ -922,10 +876,8 @@ def test_references_of_the_log_are_found():
     log = xr.Dataset({"reference": ("time", reference)}, coords={"time": time})
     found = xr.Dataset({"position": ("time", np.full(100, 0.2))}, coords={"time": time})
     rows = references(log, found, None, 0.7)
-    assert [(row["time [s]"], row["what"], row["position [mm]"]) for row in rows] == [
-        (0.4, "of the log", 250.0),
-        (1.2, "of the log", 250.0),
-    ]
+    found = [(row["time [s]"], row["what"], row["position [mm]"]) for row in rows]
+    assert found == [(0.4, "of the log", 250.0), (1.2, "of the log", 250.0)]
 
 
 # -- long tracks
@@ -1009,8 +961,7 @@ def test_a_start_outside_the_stroke_is_refused():
 
 @pytest.mark.slow
 def test_a_session_runs_in_a_process_of_its_own_and_ends_with_it():
-    session = Session("press")
-    try:
+    with closing(Session("press")) as session:
         wait_for(lambda: session.about is not None or session.ended)
         assert session.about is not None, session.ended
         assert session.about["units"] == ["ram"]
@@ -1022,16 +973,13 @@ def test_a_session_runs_in_a_process_of_its_own_and_ends_with_it():
         assert kept[-1].circuit["ram"]["pressure_port_a"] > 10.0
         session.say("factor", 20)
         wait_for(lambda: any(frame.factor > 5.0 for frame in session.frames()))
-    finally:
-        session.close()
     assert not session.alive
     session.say("lever", "ram", 0.0)  # too late, and no error
 
 
 @pytest.mark.slow
 def test_marks_of_frames_that_a_slow_page_drops_come_with_the_next_ones():
-    session = Session("press")
-    try:
+    with closing(Session("press")) as session:
         wait_for(lambda: session.about is not None or session.ended)
         for _ in range(3):
             for on in (True, False):
@@ -1042,8 +990,6 @@ def test_marks_of_frames_that_a_slow_page_drops_come_with_the_next_ones():
         assert len(frames) <= 4
         words = [words for frame in frames for _, words, _ in frame.marks]
         assert words == [FAULTS["torque"], "torque frozen: over"] * 3
-    finally:
-        session.close()
 
 
 @pytest.mark.posix
@@ -1051,8 +997,7 @@ def test_marks_of_frames_that_a_slow_page_drops_come_with_the_next_ones():
 @pytest.mark.parametrize("factor", [1, 0])
 def test_a_process_that_stands_is_told_within_three_seconds_and_blocks_nobody(factor):
     assert 2.0 * _ALIVE <= STANDS < 3.0
-    session = Session("press")
-    try:
+    with closing(Session("press")) as session:
         wait_for(lambda: session.about is not None)
         session.say("factor", factor)
         begun = time.monotonic()
@@ -1064,8 +1009,6 @@ def test_a_process_that_stands_is_told_within_three_seconds_and_blocks_nobody(fa
         os.kill(session.process, signal.SIGCONT)
         wait_for(lambda: not session.stands)
         os.kill(session.process, signal.SIGSTOP)
-    finally:
-        session.close()
     assert not session.alive, "one that stands is ended, too"
 
 

@@ -9,11 +9,8 @@ pytestmark = pytest.mark.slow
 pytest.importorskip("nicegui", reason="needs the extra studio")
 
 
-def test_machines_are_never_more_than_places_others_are_served_and_nothing_is_left(monkeypatch, tmp_path):
-    monkeypatch.syspath_prepend("fuzz")
-    import served_studio
-    import studio as load
-
+def test_machines_are_never_more_than_places_others_are_served_and_nothing_is_left(script, monkeypatch, tmp_path):
+    served_studio, load = script("served_studio", "fuzz"), script("studio", "fuzz")
     studio = served_studio.ServedStudio(1, tmp_path)
     monkeypatch.setattr(load, "LIMIT", 1)
     monkeypatch.setattr(load, "WAITED", 5.0)  # tests share their computer with others

@@ -45,17 +45,11 @@ def test_a_tolerance_is_read(text, declared, centre, half, distribution):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("20 %", "is no tolerance"),
-        ("±", "is no tolerance"),
-        ("± 0 %", "more than 0"),
-        ("± -1 %", "more than 0"),
-        ("± 5 % gaussian", "not a unit"),
-        ("± 3 kg", "kg"),
-        ("3 ± 0.1", "leaves no value"),
-        ("± nan", "expected"),
+        ("20 %", "is no tolerance"), ("±", "is no tolerance"), ("± 0 %", "more than 0"), ("± -1 %", "more than 0"),
+        ("± 5 % gaussian", "not a unit"), ("± 3 kg", "kg"), ("3 ± 0.1", "leaves no value"), ("± nan", "expected"),
         (3, "is no tolerance"),
     ],
-)
+)  # fmt: skip
 def test_what_is_no_tolerance_is_refused_in_one_line(text, words):
     with pytest.raises(DescriptionError, match=words) as refused:
         read_spread(text, ETA, 0.9)

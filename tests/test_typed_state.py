@@ -63,18 +63,9 @@ def numbers(tree):
 
 
 NAMES = [
-    "clock",
-    "parts[0].level",
-    "parts[0].by.leak",
-    "parts[0].by[leak,leak]",
-    "parts[1].level",
-    "parts[1].by.leak",
-    "parts[1].by[leak,leak]",
-    "level",
-    "by.leak",
-    "by[leak,leak]",
-    "std",
-]
+    "clock", "parts[0].level", "parts[0].by.leak", "parts[0].by[leak,leak]", "parts[1].level", "parts[1].by.leak",
+    "parts[1].by[leak,leak]", "level", "by.leak", "by[leak,leak]", "std",
+]  # fmt: skip
 
 
 def test_names_are_paths_and_a_part_that_is_none_has_no_state():
@@ -204,8 +195,6 @@ def test_a_table_has_the_constants_in_its_order_and_nothing_else():
     table = SimpleNamespace(B=Constant(1e-9, "1", "b"), plain=3.0, A=Constant(2.5, "m", "a"))
     assert list(constants_of(table)) == ["B", "A"]
     assert constant_table(table).splitlines() == [
-        "| constant | value | unit | where it comes from |",
-        "|---|---|---|---|",
-        "| `B` | 1e-09 | 1 | b |",
+        "| constant | value | unit | where it comes from |", "|---|---|---|---|", "| `B` | 1e-09 | 1 | b |",
         "| `A` | 2.5 | m | a |",
-    ]
+    ]  # fmt: skip

@@ -35,11 +35,6 @@ finally:
 """
 
 
-@pytest.fixture(scope="module")
-def unit():
-    return ramsight.build("mining-loader", unit="boom")
-
-
 @pytest.fixture
 def emptied(monkeypatch, tmp_path):
     """A cache with nothing in it."""
@@ -63,10 +58,10 @@ def test_a_second_track_loads_no_more_than_it_needs(trace, tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["kalman", "balance"])
-def test_a_kept_sensor_is_the_one_that_was_made(kind, unit):
-    made = getattr(__import__(f"ramsight.sensor.{kind}", fromlist=[kind]), kind)(unit)
-    sensor_for(unit, kind)
-    again = sensor_for(unit, kind)
+def test_a_kept_sensor_is_the_one_that_was_made(kind, boom):
+    made = getattr(__import__(f"ramsight.sensor.{kind}", fromlist=[kind]), kind)(boom)
+    sensor_for(boom, kind)
+    again = sensor_for(boom, kind)
     assert again.recursion.known is not None
     assert again.recursion.replayed == made.recursion.replayed
     for name in ("state", "inputs", "parameters", "outputs"):
@@ -85,19 +80,19 @@ def test_a_kept_sensor_is_the_one_that_was_made(kind, unit):
     assert made.state == again.state
 
 
-def test_the_graph_of_a_kept_sensor_is_made_where_it_is_asked_for(unit):
-    sensor_for(unit, "balance")
-    again = sensor_for(unit, "balance")
+def test_the_graph_of_a_kept_sensor_is_made_where_it_is_asked_for(boom):
+    sensor_for(boom, "balance")
+    again = sensor_for(boom, "balance")
     assert again.recursion.graph.x.numel() == len(again.recursion.state)
     assert again.recursion.function().n_out() == 2
     assert again.sections() == ()
 
 
-def test_a_kept_equation_is_the_one_that_was_made(unit):
-    made = audited_circuit(unit)
-    kept_circuit(unit)
+def test_a_kept_equation_is_the_one_that_was_made(boom):
+    made = audited_circuit(boom)
+    kept_circuit(boom)
     kept_circuit.cache_clear()
-    again = kept_circuit(unit)
+    again = kept_circuit(boom)
     assert "x" not in vars(again.ode)
     np.testing.assert_array_equal(again.values, made.values)
     for name in ("nodes", "losses", "works", "tank_flows", "commands"):
@@ -110,16 +105,16 @@ def test_a_kept_equation_is_the_one_that_was_made(unit):
         _ = again.ode.nothing
 
 
-def test_what_is_kept_depends_on_all_that_it_follows_from(unit, monkeypatch):
-    key = kept.key_of("sensor", unit)
+def test_what_is_kept_depends_on_all_that_it_follows_from(boom, monkeypatch):
+    key = kept.key_of("sensor", boom)
     assert key == kept.key_of("sensor", ramsight.build("mining-loader", unit="boom"))
     others = [
-        kept.key_of("other", unit),
-        kept.key_of("sensor", replace(unit, tank_pressure=unit.tank_pressure + 1e-9 * unit.tank_pressure)),
-        kept.key_of("sensor", replace(unit, assumptions=unit.assumptions.replace({"drive.delay": "30 ms"}))),
+        kept.key_of("other", boom),
+        kept.key_of("sensor", replace(boom, tank_pressure=boom.tank_pressure + 1e-9 * boom.tank_pressure)),
+        kept.key_of("sensor", replace(boom, assumptions=boom.assumptions.replace({"drive.delay": "30 ms"}))),
     ]
     monkeypatch.setattr(kept, "_sources", lambda: "another version")
-    others.append(kept.key_of("sensor", unit))
+    others.append(kept.key_of("sensor", boom))
     assert len({key, *others}) == 5
 
 
@@ -178,10 +173,10 @@ def test_what_was_used_lately_stays(emptied):
     assert kept.read_kept("sum_0") == {"k": 0}
 
 
-def test_a_sensor_is_made_where_nothing_can_be_kept(unit, monkeypatch):
+def test_a_sensor_is_made_where_nothing_can_be_kept(boom, monkeypatch):
     monkeypatch.setattr(kept, "write_whole", lambda *_: (_ for _ in ()).throw(OSError("full")))
     monkeypatch.setattr(kept, "read_kept", lambda key: None)
-    assert sensor_for(unit, "balance").recursion.known is None
+    assert sensor_for(boom, "balance").recursion.known is None
 
 
 def test_numbers_are_kept_to_the_bit(emptied):

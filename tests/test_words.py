@@ -10,15 +10,9 @@ import ramsight
 SOURCE = Path(ramsight.__file__).parent
 SUFFIXES = {".py", ".js", ".html", ".c", ".h", ".md", ".toml"}
 OLD = {
-    "believe": r"believ\w*",
-    "doubt": r"doubt(s|ed|ful|fully)?",
-    "surprise": r"surpris\w*",
-    "anew": r"anew",
-    "let go": r"let(s|ting)?( it)? go",
-    "told": r"told",
-    "dear": r"dear",
-    "is no more": r"is no more",
-}
+    "believe": r"believ\w*", "doubt": r"doubt(s|ed|ful|fully)?", "surprise": r"surpris\w*", "anew": r"anew",
+    "let go": r"let(s|ting)?( it)? go", "told": r"told", "dear": r"dear", "is no more": r"is no more",
+}  # fmt: skip
 
 
 def found(text, pattern):

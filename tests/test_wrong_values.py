@@ -15,17 +15,12 @@ from ramsight.tracking.mistakes import probabilities
 BUILT = ramsight.AsBuilt(leak=1.1, displacement=0.998, stiffness=0.9, friction=1.1)
 UNITS = {"mining-loader": "boom", "forklift-mast": "lift"}
 WRONG = [
-    ("mining-loader", "pump_a.displacement", 1.094),
-    ("mining-loader", "cylinder.bore", 1.06),
-    ("mining-loader", "cylinder.stroke", 0.9),
-    ("mining-loader", "relief_valve.setting", 1.2),
-    ("mining-loader", "pump_a.belt", 0.9),
-    ("forklift-mast", "parts.pump.displacement", 1.094),
-    ("forklift-mast", "parts.pump.displacement", 0.85),
-    ("forklift-mast", "cylinder.bore", 1.1),
-    ("forklift-mast", "cylinder.stroke", 1.2),
-    ("forklift-mast", "parts.relief.setting", 0.85),
-]
+    ("mining-loader", "pump_a.displacement", 1.094), ("mining-loader", "cylinder.bore", 1.06),
+    ("mining-loader", "cylinder.stroke", 0.9), ("mining-loader", "relief_valve.setting", 1.2),
+    ("mining-loader", "pump_a.belt", 0.9), ("forklift-mast", "parts.pump.displacement", 1.094),
+    ("forklift-mast", "parts.pump.displacement", 0.85), ("forklift-mast", "cylinder.bore", 1.1),
+    ("forklift-mast", "cylinder.stroke", 1.2), ("forklift-mast", "parts.relief.setting", 0.85),
+]  # fmt: skip
 """Machine, value, and what is described over what is true."""
 SECOND = {"pump_a.belt": "pump_a.displacement"}
 """Values of which only a product with another shows, and that other one, which is likelier."""

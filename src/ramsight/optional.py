@@ -12,14 +12,9 @@ from typing import Any
 from ramsight.errors import MissingPackageError
 
 USES = {
-    "can": "the encoder",
-    "datasets": "a Dataset",
-    "figures": "a figure",
-    "identify": "an identification",
-    "opcua": "an OPC UA server",
-    "study": "a study",
-    "studio": "the studio",
-}
+    "can": "the encoder", "datasets": "a Dataset", "figures": "a figure", "identify": "an identification",
+    "opcua": "an OPC UA server", "study": "a study", "studio": "the studio",
+}  # fmt: skip
 """What an extra is for, as messages begin."""
 PACKAGES = {
     "can": ("canopen",),

@@ -128,13 +128,9 @@ def truth_of(truth: Any) -> Dataset:
 
 
 _SI = {
-    "time": "s",
-    "motor_speed": "rad/s",
-    "motor_torque": "N m",
-    "oil_temperature": "K",
-    "reference": "m",
+    "time": "s", "motor_speed": "rad/s", "motor_torque": "N m", "oil_temperature": "K", "reference": "m",
     "position": "m",
-}
+}  # fmt: skip
 _TIMES = "mM"  # NumPy's kinds of durations and dates
 
 

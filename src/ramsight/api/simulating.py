@@ -181,14 +181,10 @@ def drive_report(
         ['motor_speed', 'motor_torque', 'oil_temperature']
     """
     passed: dict[str, Quantity | None] = {
-        "speed_step": speed_step,
-        "torque_step": torque_step,
-        "torque_noise": torque_noise,
-        "temperature_step": temperature_step,
-        "temperature_noise": temperature_noise,
-        "torque_gain": torque_gain,
+        "speed_step": speed_step, "torque_step": torque_step, "torque_noise": torque_noise,
+        "temperature_step": temperature_step, "temperature_noise": temperature_noise, "torque_gain": torque_gain,
         "temperature_offset": temperature_offset,
-    }
+    }  # fmt: skip
     if machine is None and unit is not None:
         raise DescriptionError("is of a machine, and none is passed", key="unit", value=unit)
     unit_of = None if machine is None else build(machine, unit)

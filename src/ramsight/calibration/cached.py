@@ -20,11 +20,7 @@ from ramsight.sensor.table import MovementTable
 
 
 def cache_file(
-    unit: HydraulicUnit,
-    *,
-    motor_speed: float = SPEED,
-    temperatures: Array = TEMPERATURES,
-    loads: int = LOADS,
+    unit: HydraulicUnit, *, motor_speed: float = SPEED, temperatures: Array = TEMPERATURES, loads: int = LOADS
 ) -> Path:
     """Where a unit's table is kept; its name changes with the unit's laws and values, the settings and the method.
 

@@ -133,7 +133,7 @@ def _lost(unit: HydraulicUnit, record: Record, run: Run, settled: Bools, directi
     lost |= running_mean(run.near_relief, width) > _NEAR_RELIEF
     lost |= settled & (direction < 0.0) & (running_mean(run.suction, width) < _STARVED)
     lost |= record.step > _GAP * period
-    if _opens_slowly(unit):  # the pump turns against the valve until it has opened
+    if any(valve.opening_time is not None for valve in holding_valves(unit)):  # the pump turns against one until then
         below = unit.lift_sign * record.motor_speed < -0.5 * opening_speed(unit)
         lost |= np.diff(below.astype(int), prepend=0) > 0
     return np.asarray(lost, dtype=bool)
@@ -168,10 +168,6 @@ def pressing_lasts(unit: HydraulicUnit) -> float:
     volume = cylinder.dead_volume(side) + cylinder.area(side) * cylinder.stroke
     leak = limits.leak_velocity * cylinder.area(unit.held) / limits.pressure
     return float(volume / unit.oil.bulk_modulus / leak)
-
-
-def _opens_slowly(unit: HydraulicUnit) -> bool:
-    return any(valve.opening_time is not None for valve in holding_valves(unit))
 
 
 def _shrunk(moving: Bools, direction: Array, front: int, back: int) -> Bools:

@@ -9,13 +9,9 @@ from ramsight.calibration.identify_friction import FEWEST_LOADS
 from ramsight.units import FREEZING
 
 WORDS = {
-    "leak": "leak factor",
-    "orifice": "orifice leak",
-    "displacement": "displacement factor",
-    "stiffness": "stiffness factor",
-    "friction": "friction factor",
-    "efficiency": "pump efficiency",
-}
+    "leak": "leak factor", "orifice": "orifice leak", "displacement": "displacement factor",
+    "stiffness": "stiffness factor", "friction": "friction factor", "efficiency": "pump efficiency",
+}  # fmt: skip
 _WHY = {
     "leak": "needs moves under load, both ways",
     "orifice": "needs loads of different pressure, or oil of different temperatures",

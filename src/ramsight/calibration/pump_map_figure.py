@@ -59,8 +59,7 @@ def _draw(pair: Any, table: LossTable, title: str) -> None:
                 axes.plot(1e-5 * np.array(table.pressure), grid[k][j], "o", ms=3, color=colour)
                 lines = [_efficiency(table, name, speed, float(rise), table.viscosity[k]) for rise in pressure]
                 axes.plot(1e-5 * pressure, lines, line, lw=1.2, color=colour, label=label)
-        axes.set_xlabel("pressure rise [bar]")
-        axes.set_ylabel(f"{name} efficiency")
+        axes.set(xlabel="pressure rise [bar]", ylabel=f"{name} efficiency")
         axes.set_ylim(max(0.0, min(min(row) for page in grid for row in page) - 0.1), 1.01)
     thin, thick = (1e6 * table.viscosity[k] for k in (0, -1))
     pair[0].set_title(f"{title}: solid at {thin:.3g} mm²/s, dashed at {thick:.3g} mm²/s", loc="left", fontweight="bold")

@@ -71,12 +71,8 @@ def commission(
     check_target(keep, (".json",))
     check_target(tuned, (".toml",))
     read: dict[str, str | Path | None] = {
-        "the machine": machine,
-        "the log": log,
-        "--map": channel_map,
-        "--truth": truth,
-        "--since": since,
-    }
+        "the machine": machine, "the log": log, "--map": channel_map, "--truth": truth, "--since": since,
+    }  # fmt: skip
     check_apart(read, {"--out": out, "--keep": keep, "--tuned": tuned})
     described = load_machine(machine)
     known = standard_map([]) if channel_map is None else load_map(channel_map)

@@ -126,12 +126,9 @@ def simulate(
         seed=seed if duty in SEEDED else None,
     )
     passed: dict[str, float | str | None] = {
-        "speed_step": speed_step,
-        "torque_step": torque_step,
-        "torque_noise": torque_noise,
-        "torque_gain": torque_gain,
-        "temperature_offset": temperature_offset,
-    }
+        "speed_step": speed_step, "torque_step": torque_step, "torque_noise": torque_noise,
+        "torque_gain": torque_gain, "temperature_offset": temperature_offset,
+    }  # fmt: skip
     how = reported_how(passed, built, seed=seed)
     run = recorded(made, work, ambient=ambient, sample_period=sample_period, progress=True)
     _write(run, how, out, log, truth, figure)

@@ -246,11 +246,7 @@ def _check_files(
     for figure in figures:
         check_figure(figure)
     read: dict[str, str | Path | None] = {
-        "the machine": machine,
-        "the log": log,
-        "--sensor": sensor,
-        "--map": channel_map,
-        "--truth": truth,
-    }
+        "the machine": machine, "the log": log, "--sensor": sensor, "--map": channel_map, "--truth": truth,
+    }  # fmt: skip
     check_apart(read, {"--out": out, "--figure": figures[0], "--belief": figures[1], "--state": state})
     check_state(state)

@@ -22,20 +22,13 @@ class Model:
 
 @dataclass(frozen=True)
 class Reporting:
-    """State of a drive with all its delays.
+    """State of a drive with all its delays; what are several, newest first."""
 
-    Attributes:
-        held: commands within the delay of commands, newest first.
-        speeds: of the motor within the delay of reports, newest first.
-        pending: angle that was commanded and is in no report yet.
-        underway: mean speeds of the samples within the declared lag, newest first.
-    """
-
-    held: tuple[Scalar, ...] = leaf("rad/s", None)
-    speeds: tuple[Scalar, ...] = leaf("rad/s", None)
-    underway: tuple[Scalar, ...] = leaf("rad/s", None)
+    held: tuple[Scalar, ...] = leaf("rad/s", None)  # commands within the delay of commands
+    speeds: tuple[Scalar, ...] = leaf("rad/s", None)  # of the motor within the delay of reports
+    underway: tuple[Scalar, ...] = leaf("rad/s", None)  # mean speeds of the samples within the declared lag
     rate: Scalar = leaf("rad/s2")
-    pending: Scalar = leaf("rad")
+    pending: Scalar = leaf("rad")  # angle that was commanded and is in no report yet
 
 
 @dataclass(frozen=True)

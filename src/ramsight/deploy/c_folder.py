@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from ramsight.deploy.c_compare import comparison_source
-from ramsight.deploy.c_sensor import (
-    SensorSource,
-    golden_source,
-    inputs_of,
-    sensor_source,
-    unit_table,
-)
+from ramsight.deploy.c_sensor import SensorSource, golden_source, inputs_of, sensor_source, unit_table
 from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.c_text import headings, indented, template
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
@@ -126,7 +120,9 @@ def write_sensor(
             (draft / name).write_text(text, encoding="utf-8", newline="\n")
         found = find_compiler() if compiler is None else compiler
         measured = []
-        builds = tuple(_builds(built)) if measure else ((single, "-O2"),)
+        # Floats are not good enough where a load only resists.
+        good = tuple(one for one in _BUILDS if not (one[0] and built.cylinder.passive))
+        builds = good if measure else ((single, "-O2"),)
         for floats, level in builds:
             if found:
                 measured.append(footprint(found, draft, prefix, single=floats, optimised=level))
@@ -230,11 +226,6 @@ def shown(footprints: tuple[Footprint, ...]) -> str:
         f"{f.saved} saved, {1e9 * f.step:.0f} ns a step"
         for f in footprints
     )
-
-
-def _builds(unit: HydraulicUnit) -> Iterator[tuple[bool, str]]:
-    """Builds that are measured; floats are not good enough where a load only resists."""
-    return (build for build in _BUILDS if not (build[0] and unit.cylinder.passive))
 
 
 def _table(measured: list[Footprint], compiler: str | None) -> str:

@@ -51,10 +51,7 @@ class Dialect:
 
 
 def statements(
-    function: ca.Function,
-    read: Callable[[int, int], Term],
-    write: Callable[[int, int, Term], str],
-    dialect: Dialect,
+    function: ca.Function, read: Callable[[int, int], Term], write: Callable[[int, int, Term], str], dialect: Dialect
 ) -> list[str]:
     """The lines of a function's body.
 

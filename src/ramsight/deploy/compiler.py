@@ -201,7 +201,8 @@ def _timed(compiler: str, work: Path, name: str, options: Sequence[str]) -> floa
     common = [compiler, *STRICT, *options, f"-DROUNDS={_ROUNDS}"]
     objects = compile_files(common, bodies(work, name), work)
     run([*common, *objects, f"{name}_test.c", "-lm", "-o", "golden"], work)
-    return 1e-9 * min(_step_nanoseconds(run([str(work / "golden")], work)) for _ in range(_RUNS))
+    said = (run([str(work / "golden")], work) for _ in range(_RUNS))
+    return 1e-9 * min(int(re.findall(r"([0-9]+) ns a step", one)[0]) for one in said)
 
 
 def _numbers(compiler: str, work: Path, name: str, asked: Sequence[str], options: Sequence[str]) -> list[int]:
@@ -211,10 +212,6 @@ def _numbers(compiler: str, work: Path, name: str, asked: Sequence[str], options
     (work / "probe.c").write_text(probe + "return 0; }\n", encoding="utf-8", newline="\n")
     run([compiler, *STRICT, *options, "probe.c", "-o", "probe"], work)
     return [int(word) for word in run([str(work / "probe")], work).split()]
-
-
-def _step_nanoseconds(said: str) -> int:
-    return int(re.findall(r"([0-9]+) ns a step", said)[0])
 
 
 def bodies(folder: Path, name: str) -> list[str]:

@@ -29,34 +29,17 @@ from ramsight.sensor.status import Status
 from ramsight.tracking.comparing import Verdict
 
 COLUMNS = (
-    "channel",
-    "signal",
-    "fault",
-    "effect",
-    "detected_by",
-    "trials",
-    "detected_percent",
-    "detected_at_least_percent",
-    "time_to_detection_s",
-    "time_to_detection_95_s",
-    "failure_rate_fit",
-    "diagnostic_coverage_percent",
-    "undetected_fit",
-    "measured_with",
-    "measured_on",
-)
+    "channel", "signal", "fault", "effect", "detected_by", "trials", "detected_percent",
+    "detected_at_least_percent", "time_to_detection_s", "time_to_detection_95_s", "failure_rate_fit",
+    "diagnostic_coverage_percent", "undetected_fit", "measured_with", "measured_on",
+)  # fmt: skip
 """Columns of the table. An engineer fills in `failure_rate_fit`; the two behind it follow from that."""
 VIRTUAL, REAL = "virtual sensor", "real sensor"
 NOT_MEASURED = "not measured"
 _SIGNALS = {
-    "motor_speed": SPEED,
-    "motor_torque": TORQUE,
-    "oil_temperature": TEMPERATURE,
-    "shaft_angle": COUNTER,
-    "dc_power": POWER,
-    "time": TIME,
-    "all": TIME,
-}
+    "motor_speed": SPEED, "motor_torque": TORQUE, "oil_temperature": TEMPERATURE, "shaft_angle": COUNTER,
+    "dc_power": POWER, "time": TIME, "all": TIME,
+}  # fmt: skip
 """What the detectors call a signal. All reports together stop or come late: that shows in the time."""
 _NOT_SAID = (Status.NEAR_RELIEF,)  # the study does not count it as a detection
 _UNMEASURED = (

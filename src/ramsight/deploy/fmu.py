@@ -149,7 +149,8 @@ def make_fmu(
         binaries(files, identifier, fmi, platforms) if platforms is not None else _own(files, identifier, fmi, compiler)
     )
     content |= built_for
-    options = (f"--what {what}", f"--fmi {fmi}", *(["--parameters"] if tabled else []), *_asked(platforms))
+    asked = [] if platforms is None else [f"--platforms {','.join(platforms) or 'none'}"]
+    options = (f"--what {what}", f"--fmi {fmi}", *(["--parameters"] if tabled else []), *asked)
     command = ("fmu", *options, *(driving.words if what == "control" else ()))
     own = credentials(Export(machine, built, what, command), content)
     content |= {f"resources/{name}": text.encode() for name, text in own.items()}
@@ -192,10 +193,6 @@ def _model(machine: Machine, built: HydraulicUnit, what: str, control: ControlOp
     elif what == "compare":
         behind = comparison_behind(built, prefix, machine.name)
     return sensor_model(built, prefix, machine.name, behind, tabled=tabled)
-
-
-def _asked(platforms: Sequence[str] | None) -> list[str]:
-    return [] if platforms is None else [f"--platforms {','.join(platforms) or 'none'}"]
 
 
 def _sources(model: FmuModel, fmi: int) -> dict[str, str]:

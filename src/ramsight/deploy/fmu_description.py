@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from xml.sax.saxutils import quoteattr
 
 from ramsight._version import __version__
@@ -34,25 +34,27 @@ def _types(variables: Sequence[Variable]) -> list[str]:
     return [kind for kind in ENUMERATIONS if any(v.kind == kind for v in variables)]
 
 
-def _declared(v: Variable) -> str | None:
-    return v.kind.capitalize() if v.enumeration else None
-
-
 def _items(kind: str, indent: str) -> list[str]:
     of = ENUMERATIONS[kind]
     return [f"{indent}<Item{_attributes(name=one.name, value=int(one), description=one.text)}/>" for one in of]
 
 
-def _variability(v: Variable, discrete: bool) -> str:
-    if v.causality == "parameter":
-        return "fixed"
-    return "discrete" if v.kind != "real" or (discrete and v.causality == "output") else "continuous"
+def _until_variables(model: FmuModel, types: Iterable[str]) -> Iterator[str]:
+    """What stands before the variables."""
+    yield _units(model.variables)
+    yield from types
+    yield from ("  <LogCategories>", '    <Category name="logStatusError"/>', "  </LogCategories>")
+    yield f"  <DefaultExperiment{_attributes(startTime='0', stopTime='10', stepSize=model.step)}/>"
+    yield "  <ModelVariables>"
 
 
-def _initial(v: Variable) -> str | None:
-    if v.causality in {"input", "independent"}:
-        return None
-    return "exact" if v.causality == "parameter" else "calculated"
+def _said(reference: int, v: Variable, model: FmuModel) -> str:
+    """Attributes of a variable that every kind has."""
+    discrete = v.kind != "real" or (v.causality == "output" and not model.linear)
+    variability = "fixed" if v.causality == "parameter" else "discrete" if discrete else "continuous"
+    initial = {"input": None, "independent": None, "parameter": "exact"}.get(v.causality, "calculated")
+    about = {"description": v.text, "causality": v.causality, "variability": variability, "initial": initial}
+    return _attributes(name=v.name, valueReference=reference, **about)
 
 
 def _number(v: Variable) -> str:
@@ -60,7 +62,7 @@ def _number(v: Variable) -> str:
     shown = DISPLAY.get(v.unit)
     ends = {name: None if end is None else literal(end) for name, end in (("min", v.least), ("max", v.most))}
     return _attributes(
-        declaredType=_declared(v),
+        declaredType=v.kind.capitalize() if v.enumeration else None,
         unit=v.unit,
         displayUnit=shown.name if shown else None,
         **ends,
@@ -85,7 +87,6 @@ def description_2(model: FmuModel, identifier: str, token: str, sources: Sequenc
         sources: the C files to compile.
     """
     variables = model.variables
-    discrete = not model.linear
     lines = [
         f"<fmiModelDescription{_attributes(fmiVersion='2.0', modelName=identifier, guid=token)}"
         f"{_attributes(description=model.description, generationTool=TOOL, variableNamingConvention='structured')}"
@@ -97,35 +98,16 @@ def description_2(model: FmuModel, identifier: str, token: str, sources: Sequenc
         *(f"      <File name={quoteattr(name)}/>" for name in sources),
         "    </SourceFiles>",
         "  </CoSimulation>",
-        _units(variables),
-        *_types_2(variables),
-        "  <LogCategories>",
-        '    <Category name="logStatusError"/>',
-        "  </LogCategories>",
-        f"  <DefaultExperiment{_attributes(startTime='0', stopTime='10', stepSize=model.step)}/>",
-        "  <ModelVariables>",
+        *_until_variables(model, _types_2(variables)),
     ]
     for k, v in enumerate(variables):
         kind = "Enumeration" if v.enumeration else {"real": "Real", "truth": "Boolean"}[v.kind]
-        head = _attributes(
-            name=v.name,
-            valueReference=k,
-            description=v.text,
-            causality=v.causality,
-            variability=_variability(v, discrete),
-            initial=_initial(v),
-        )
-        lines.append(f"    <ScalarVariable{head}><{kind}{_number(v)}/></ScalarVariable>")
+        lines.append(f"    <ScalarVariable{_said(k, v, model)}><{kind}{_number(v)}/></ScalarVariable>")
     outputs = [k for k, v in enumerate(variables, 1) if v.causality == "output"]
     unknowns = [f'      <Unknown index="{k}"/>' for k in outputs]
     lines += ["  </ModelVariables>", "  <ModelStructure>", "    <Outputs>", *unknowns, "    </Outputs>"]
-    lines += [
-        "    <InitialUnknowns>",
-        *unknowns,
-        "    </InitialUnknowns>",
-        "  </ModelStructure>",
-        "</fmiModelDescription>",
-    ]
+    lines += ["    <InitialUnknowns>", *unknowns, "    </InitialUnknowns>", "  </ModelStructure>"]
+    lines.append("</fmiModelDescription>")
     return _HEAD + "\n".join(lines) + "\n"
 
 
@@ -137,25 +119,11 @@ def description_3(model: FmuModel, identifier: str, token: str) -> str:
         f"{_attributes(description=model.description, generationTool=TOOL, variableNamingConvention='structured')}>",
         f"  <CoSimulation{_attributes(modelIdentifier=identifier, canHandleVariableCommunicationStepSize='true')}"
         ' canGetAndSetFMUState="true" canSerializeFMUState="true"/>',
-        _units(variables),
-        *_types_3(variables),
-        "  <LogCategories>",
-        '    <Category name="logStatusError"/>',
-        "  </LogCategories>",
-        f"  <DefaultExperiment{_attributes(startTime='0', stopTime='10', stepSize=model.step)}/>",
-        "  <ModelVariables>",
+        *_until_variables(model, _types_3(variables)),
     ]
     for k, v in enumerate(variables):
         kind = "Enumeration" if v.enumeration else {"real": "Float64", "truth": "Boolean"}[v.kind]
-        text = _attributes(
-            name=v.name,
-            valueReference=k,
-            description=v.text,
-            causality=v.causality,
-            variability=_variability(v, not model.linear),
-            initial=_initial(v),
-        )
-        lines.append(f"    <{kind}{text}{_number(v)}/>")
+        lines.append(f"    <{kind}{_said(k, v, model)}{_number(v)}/>")
     outputs = [k for k, v in enumerate(variables) if v.causality == "output"]
     lines += ["  </ModelVariables>", "  <ModelStructure>"]
     lines += [f'    <Output valueReference="{k}"/>' for k in outputs]

@@ -28,12 +28,8 @@ _MEANING = {
     "sign_reversed": "evidence that the torque's sign is reversed, over that of an alarm",
 }
 _FAULTS = {
-    "gain": "a gain",
-    "offset": "an offset",
-    "sign": "its sign",
-    "stuck": "being stuck",
-    "other": "something else",
-}
+    "gain": "a gain", "offset": "an offset", "sign": "its sign", "stuck": "being stuck", "other": "something else",
+}  # fmt: skip
 
 
 def meaning(name: str) -> str:

@@ -119,15 +119,11 @@ def _wires(plant: Part, second: Part) -> Iterator[Wire]:
 
 def _numbers(made: dict[str, MadeFmu]) -> Iterator[tuple[str, float | bool]]:
     """Values by their names in the system: of a plant all, of a sensor what it knows at the start."""
-    place = _start_of(made[PLANT].variables)
+    place = next(v.start or 0.0 for v in made[PLANT].variables if v.name == "start_position")
     for name, one in made.items():
         for v in one.variables:
             if v.causality == "parameter" or (v.causality == "input" and v.name in _STARTED):
                 yield f"{name}.{v.name}", _value(v, place)
-
-
-def _start_of(variables: Sequence[Variable]) -> float:
-    return next(v.start or 0.0 for v in variables if v.name == "start_position")
 
 
 def _value(v: Variable, place: float) -> float | bool:

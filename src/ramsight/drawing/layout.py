@@ -15,7 +15,6 @@ from ramsight.drawing.order import Order, Trunk, order
 from ramsight.drawing.placing import cylinder_symbol, lying, moved, swapped, upright
 from ramsight.drawing.shapes import SIZES, Point, Shape, Symbol, Word, through
 from ramsight.plant.circuit import TANK
-from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.units import RPM
 
@@ -103,7 +102,8 @@ class _Layout:
 
     def _cylinder(self) -> None:
         c = self.unit.cylinder
-        element = Element("cylinder", "cylinder", cylinder_symbol(c, self.x["a"], self.x["b"]), _chambers(c))
+        ends = {"node_a": c.node_a, "node_b": c.node_b}
+        element = Element("cylinder", "cylinder", cylinder_symbol(c, self.x["a"], self.x["b"]), ends)
         symbol = self.sheet.put(element, element.symbol, ())
         right = max(x for shape in symbol.shapes for x, _ in getattr(shape, "points", ()))
         outwards = c.load_sign < 0.0
@@ -469,10 +469,6 @@ class _Layout:
         )
         self.sheet.put(element, symbol, words)
         return words
-
-
-def _chambers(cylinder: Cylinder) -> dict[str, str]:
-    return {"node_a": cylinder.node_a, "node_b": cylinder.node_b}
 
 
 def _rounded(value: float) -> str:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ramsight.arrays import Array
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.run import Segments, Trajectory, outputs
-from ramsight.plant.circuit import EXPANSION, CircuitModel
+from ramsight.plant.circuit import EXPANSION, Audited, CircuitModel
 from ramsight.plant.oil import DRY
 
 if TYPE_CHECKING:
@@ -23,19 +23,6 @@ if TYPE_CHECKING:
 
 _LEAST_ENERGY = 1e-9  # J, so that a run at rest divides by something
 _LEAST_VOLUME = 1e-12  # m3
-
-
-class Audited(Protocol):
-    """What a circuit's balances are made of: its volumes, and names of energies and of flows from the tank."""
-
-    @property
-    def nodes(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def losses(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def works(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def tank_flows(self) -> tuple[str, ...]: ...  # noqa: D102
 
 
 def audit(circuit: CircuitModel, segments: Segments, run: Trajectory) -> dict[str, float]:

@@ -97,7 +97,8 @@ def commissioning(
         plan.visit(raised=number % 2 == 1, speed=speed, ramp=RAMP)
         plan.rest(_REST)
     stroke = unit.cylinder.stroke
-    least = _least(unit, oil_temperature)
+    # A lift under any load, and no leak test.
+    least = _SURELY_LIFTS * float(Holding(unit).leakage(limits_of(unit).load, oil_temperature))
     for load in sorted(loads, reverse=True):
         plan.put_on(load)
         for pace in (speed, _SLOWER * speed):
@@ -142,11 +143,6 @@ def leak_test_speeds(unit: HydraulicUnit, loads: Sequence[float], oil_temperatur
 def _tested(unit: HydraulicUnit, loads: Sequence[float]) -> float:
     """The load that leaves most room for pressures: below its own against a valve, above it on a stop."""
     return max(loads) if Holding(unit).stands else min(loads)
-
-
-def _least(unit: HydraulicUnit, oil_temperature: float) -> float:
-    """A motor speed that is a lift under any load, and no leak test [rad/s]."""
-    return _SURELY_LIFTS * float(Holding(unit).leakage(limits_of(unit).load, oil_temperature))
 
 
 def _leak_test(plan: Plan, speed: float) -> None:

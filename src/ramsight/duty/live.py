@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ramsight.arrays import Array
-from ramsight.duty.audit import Audited
 from ramsight.duty.drive_report import SPEEDS, DriveReport
 from ramsight.duty.dry import refuse_dry
 from ramsight.duty.linked_duty import audited_model
@@ -20,7 +19,7 @@ from ramsight.engine.equation import OdeModel
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import Segments, integrate, outputs
 from ramsight.errors import SimulationError
-from ramsight.plant.circuit import is_pressure
+from ramsight.plant.circuit import Audited, is_pressure
 from ramsight.plant.linked import LinkedMachine, start_state
 from ramsight.plant.unit import HydraulicUnit, initial_state
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ramsight.duty.audit import Audited
+from ramsight.plant.circuit import Audited
 
 _LOADS = ("load", "rods")  # works that a load does or has done to it
 
@@ -42,16 +42,6 @@ class EnergyAccount:
         return self.given - self.taken + self.lowered - self.lifted - gone
 
 
-@dataclass(frozen=True)
-class _Entries:
-    """Names of what is entered; the circuit that they are of cannot go to another process."""
-
-    nodes: tuple[str, ...]
-    losses: tuple[str, ...]
-    works: tuple[str, ...]
-    tank_flows: tuple[str, ...]
-
-
 class LiveEnergy:
     """The energy account of one circuit.
 
@@ -62,7 +52,7 @@ class LiveEnergy:
     """
 
     def __init__(self, audited: Audited, inside: Mapping[str, float], tank_pressure: float) -> None:
-        self._audited = _Entries(audited.nodes, audited.losses, audited.works, audited.tank_flows)
+        self._audited = audited.names
         self._tank_pressure, self._last = tank_pressure, dict(inside)
         self.account = EnergyAccount()
 

@@ -84,7 +84,8 @@ def figures_of(
     """
     names = [name for one in FIGURES if one in set(keep) for name in FIGURES[one]]
     threads = threads or processors()
-    torque_of = compile_outputs(_only_torque(model.ode)).sample_outputs
+    torque = tuple(one for one in model.ode.outputs if one.name == "motor_torque")
+    torque_of = compile_outputs(replace(model.ode, outputs=torque)).sample_outputs
     do = partial(_done, unit, model, torque_of, names=names, period=period, rtol=rtol)
     supply = iter(works)
     with ThreadPoolExecutor(threads) as pool:
@@ -132,11 +133,6 @@ def _integrals(unit: HydraulicUnit, model: CircuitModel, final: Array, most: Arr
         "relief_share": at_relief / max(given, _LEAST_ENERGY),
         "pressure_most": max(float(most[ode.state_index(f"pressure_{node}")]) for node in model.nodes),
     }
-
-
-def _only_torque(ode: OdeModel) -> OdeModel:
-    """The equation with nothing but the motor's torque to be said of a state."""
-    return replace(ode, outputs=tuple(one for one in ode.outputs if one.name == "motor_torque"))
 
 
 def _at_the_shaft(ode: OdeModel, torque_of: Callable[..., None], work: Work, run: Sampled, k: int) -> dict[str, float]:

@@ -111,7 +111,7 @@ class Recursion:
     @property
     def replayed(self) -> Replayed:
         """Where its machine code is."""
-        return self.known or Replayed(_compile(self).name, _held(self))
+        return self.known or Replayed(_compile(self).name, int(_compile(self).NQ))
 
     def function(self) -> ca.Function:
         """The step as `step(x, u, p) -> (x_new, y)`."""
@@ -142,10 +142,6 @@ def _compile(recursion: Recursion) -> CompiledModule:
         return kept_module(known.module, lambda: _pieces(recursion)[0], {"NQ": known.held}, _REPLAY, widths)
     functions, constants = _pieces(recursion)
     return generated_module(functions, {"NQ": constants["NQ"]}, _REPLAY)
-
-
-def _held(recursion: Recursion) -> int:
-    return int(_compile(recursion).NQ)
 
 
 @lru_cache(maxsize=16)

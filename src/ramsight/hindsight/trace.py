@@ -35,21 +35,9 @@ _PREFIX = "trace."
 
 
 ASIDE = (
-    "others",
-    "unseen",
-    "unseen_most",
-    "offset",
-    "width",
-    "wrong",
-    "status",
-    "by_start",
-    "updated",
-    "put_back",
-    "accepted",
-    "rejected",
-    "normal",
-    "moved",
-)
+    "others", "unseen", "unseen_most", "offset", "width", "wrong", "status", "by_start", "updated", "put_back",
+    "accepted", "rejected", "normal", "moved",
+)  # fmt: skip
 """What is traced of a sample beside the hypotheses, in the order of a row."""
 
 

@@ -91,59 +91,47 @@ MOTOR_TORQUE = Channel(
 OIL_TEMPERATURE = Channel("oil_temperature_c", "oil_temperature", "K", "oil temperature", offset=FREEZING)
 REFERENCE = Channel("reference_m", "reference", "m", "position that a reference switch reports, NaN elsewhere")
 POSITION = Channel("position_m", "position", "m", "piston position, 0 = fully retracted")
-PRESSURE_A = Further(
-    column="pressure_a_pa",
-    name="pressure_a",
-    units="Pa",
-    long_name="absolute pressure in chamber A",
-    declared="pressure",
-)
-PRESSURE_B = Further(
-    column="pressure_b_pa",
-    name="pressure_b",
-    units="Pa",
-    long_name="absolute pressure in chamber B",
-    declared="pressure",
-)
+PRESSURE_A = Further("pressure_a_pa", "pressure_a", "Pa", "absolute pressure in chamber A", declared="pressure")
+PRESSURE_B = Further("pressure_b_pa", "pressure_b", "Pa", "absolute pressure in chamber B", declared="pressure")
 LINK_ANGLE = Further(
-    column="link_angle_deg",
-    name="link_angle",
-    units="rad",
-    long_name="angle of the body that the cylinder turns, against what it hangs on, 0 as drawn",
+    "link_angle_deg",
+    "link_angle",
+    "rad",
+    "angle of the body that the cylinder turns, against what it hangs on, 0 as drawn",
     factor=math.pi / 180.0,
     declared="link_angle",
     advice="an inclinometer on the body that the cylinder turns",
 )
 SHAFT_ANGLE = Further(
-    column="shaft_angle_deg",
-    name="shaft_angle",
-    units="rad",
-    long_name="angle that the drive's counter says of the shaft, without jumps, growing where speed is positive",
+    "shaft_angle_deg",
+    "shaft_angle",
+    "rad",
+    "angle that the drive's counter says of the shaft, without jumps, growing where speed is positive",
     factor=math.pi / 180.0,
     declared="shaft",
 )
 DC_POWER = Further(
-    column="dc_power_w",
-    name="dc_power",
-    units="W",
-    long_name="power that the drive takes from its DC link, negative where it gives",
+    "dc_power_w",
+    "dc_power",
+    "W",
+    "power that the drive takes from its DC link, negative where it gives",
     declared="power",
 )
 DC_VOLTAGE = Channel("dc_voltage_v", "dc_voltage", "V", "voltage of the drive's DC link")
 DC_CURRENT = Channel("dc_current_a", "dc_current", "A", "current that the drive takes from its DC link")
 MOTOR_TEMPERATURE = Further(
-    column="motor_temperature_c",
-    name="motor_temperature",
-    units="K",
-    long_name="temperature of the motor, as its drive reports it",
+    "motor_temperature_c",
+    "motor_temperature",
+    "K",
+    "temperature of the motor, as its drive reports it",
     offset=FREEZING,
     declared="motor_temperature",
 )
 ABSOLUTE_POSITION = Further(
-    column="absolute_position_m",
-    name="absolute_position",
-    units="m",
-    long_name="position of an occasional absolute sensor, 0 = fully retracted, NaN where it gives none",
+    "absolute_position_m",
+    "absolute_position",
+    "m",
+    "position of an occasional absolute sensor, 0 = fully retracted, NaN where it gives none",
     declared="absolute_position",
     is_reading=True,
     advice="an occasional absolute position: a draw wire, a laser, a camera, a scale that somebody reads",

@@ -141,7 +141,8 @@ def write_log(log: Samples, path: str | Path) -> None:
     for channel in (*CHANNELS, *further):
         if channel.name in log:
             columns[channel.column] = channel.from_si(_finite(log[channel.name].values))
-    commands = [name for name in _names(log) if is_command(name)]
+    names = map(str, log.names if isinstance(log, Signals) else log.data_vars)
+    commands = [name for name in names if is_command(name)]
     columns |= {name: _finite(log[name].values) for name in commands}
     if not np.isfinite(columns[TIME]).any():
         raise OutputError(f"{file}: has no samples")
@@ -152,11 +153,6 @@ def write_log(log: Samples, path: str | Path) -> None:
     formats = {name: "%.15g" if name == TIME else "%.12g" for name in columns}
     with open_table(path, formats=formats, units=_UNITS | dict.fromkeys(commands, "1")) as table:
         table.append(columns)
-
-
-def _names(log: Samples) -> list[str]:
-    """Of the variables over time."""
-    return [str(name) for name in (log.names if isinstance(log, Signals) else log.data_vars)]
 
 
 def _finite(values: Array) -> Array:

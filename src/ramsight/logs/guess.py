@@ -221,12 +221,9 @@ def is_share(unit: str) -> bool:
 
 
 _OIL = {
-    "English": "oil|hyd|fluid",
-    "German": "öl|oel",
-    "French": "huile",
-    "Spanish and Italian": "aceite|olio",
+    "English": "oil|hyd|fluid", "German": "öl|oel", "French": "huile", "Spanish and Italian": "aceite|olio",
     "Dutch and Swedish": "olie|olja",
-}
+}  # fmt: skip
 _TEMPERATURE = {"English, German, French, Italian": "temp", "symbols": r"[^a-zäöü]t$|(^|[^a-zäöü])t[^a-zäöü]|theta|ϑ"}
 _TANK = "tank|reservoir|réservoir|serbatoio|depósito|behälter|behaelter|sump|ölsumpf"
 _OTHERS = (

@@ -249,7 +249,8 @@ def _columns(
             columns[MOTOR_TORQUE.name] = known.motor.torque(columns[MOTOR_TORQUE.name])
         if known.linked:
             columns[DC_POWER.name] = columns[DC_VOLTAGE.name] * columns.pop(DC_CURRENT.name)
-        columns |= {name: _given(columns[name], value) for name, value in least.items()}
+        for name, value in least.items():  # commands that are none are left to whoever holds the last one
+            columns[name] = np.asarray(np.where(np.abs(columns[name]) < value, np.nan, columns[name]))
         if references:
             columns[REFERENCE.name] = np.full(len(aligned["time"]), np.nan)
             for name, (factor, offset) in reference_si.items():
@@ -321,11 +322,6 @@ def _held_channels(known: ChannelMap, measured: Mapping[str, Mapped]) -> dict[st
         for name, one in [*known.further.items(), *known.linked.items(), *measured.items()]
         if name not in _READINGS
     }
-
-
-def _given(values: Array, least: float) -> Array:
-    """Commands that are none are left to whoever holds the last one."""
-    return np.asarray(np.where(np.abs(values) < least, np.nan, values))
 
 
 def _converter(source: Source, known: ChannelMap, one: Mapped, role: str) -> tuple[float, float]:

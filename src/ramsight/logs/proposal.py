@@ -14,7 +14,7 @@ from ramsight.logs.drive_maps import FOLDER, known_by, recognised
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.guess import USUAL, celsius, is_share
 from ramsight.logs.inspect import Channel, Inspection
-from ramsight.logs.mapped import HOLD, Mapped, Timed
+from ramsight.logs.mapped import HOLD, Mapped
 from ramsight.units import FREEZING
 
 _SPARSE = 0.1  # share of empty cells from which they are no samples, rather than faults
@@ -62,7 +62,8 @@ def _time_line(clock: Clock) -> str:
             'time = { channel = "", unit = "s" }  # not found: name the column that is the clock, and its unit;'
             ' or how far rows are apart: time = { period = "20 ms" }'
         )
-    said = [f"{key} = {_text(value)}" for key, value in _columns(timed) if value]
+    columns = {"channel": timed.channel, "date": timed.date, "week": timed.week}
+    said = [f"{key} = {_text(value)}" for key, value in columns.items() if value]
     if timed.period is not None:
         said.append(f'period = "{1e3 * timed.period:.12g} ms"')
     elif clock.is_asked and not clock.evidence:
@@ -74,10 +75,6 @@ def _time_line(clock: Clock) -> str:
     if (timed.sign, timed.scale, timed.offset) != (1.0, 1.0, 0.0):
         said += [f"sign = {timed.sign:g}", f"scale = {timed.scale!r}", f"offset = {timed.offset!r}"]
     return f"time = {{ {', '.join(said)} }}" + (f"  # {clock.evidence}" if clock.evidence else "")
-
-
-def _columns(timed: Timed) -> tuple[tuple[str, str | None], ...]:
-    return ("channel", timed.channel), ("date", timed.date), ("week", timed.week)
 
 
 def _role_lines(found: Inspection, role: str) -> list[str]:

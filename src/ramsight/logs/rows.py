@@ -112,15 +112,12 @@ def parse_carefully(body: bytes, layout: Layout, first_line: int) -> Array:
         except csv.Error as error:
             raise LogError(f"is no row of a CSV file: {error}", file=layout.file, line=number) from None
         if len(cells) != width:
-            what = "is blank" if not line.strip() else f"has {_count(len(cells))} where the header has {width}"
+            some = "1 cell" if len(cells) == 1 else f"{len(cells)} cells"
+            what = "is blank" if not line.strip() else f"has {some} where the header has {width}"
             raise LogError(what, file=layout.file, line=number)
         values = [_number(cells[index], name, number, layout) for index, name in places]
         rows.append([_stamp(cells, number, layout), *values] if layout.stamps else values)
     return np.ascontiguousarray(np.array(rows, dtype=np.float64).T)
-
-
-def _count(cells: int) -> str:
-    return "1 cell" if cells == 1 else f"{cells} cells"
 
 
 def _stamp(cells: Sequence[str], line: int, layout: Layout) -> float:

@@ -226,15 +226,10 @@ def _oldest_first(channels: Mapping[str, Recorded], time: Array) -> tuple[Mappin
     return {name: Recorded(one.values[::-1], one.unit) for name, one in channels.items()}, time[::-1]
 
 
-def _parts(name: str) -> list[str]:
-    """The structures in which a channel is, and itself."""
-    return [*_PLACE.sub("", name).split("."), name]
-
-
 def _shared(clock: str, name: str) -> int:
     """How many structures hold both a clock and a channel; 0 where the clock is in one that the channel is not in."""
     around = _PLACE.sub("", clock).split(".")[:-1] or ([_PLACE.sub("", clock)] if _PLACE.search(clock) else [])
-    inside = _parts(name)
+    inside = [*_PLACE.sub("", name).split("."), name]
     return len(around) if inside[: len(around)] == around else 0
 
 

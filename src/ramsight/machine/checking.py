@@ -64,7 +64,7 @@ def _one_line(model: type[BaseModel], problem: dict[str, Any], file: str | None,
     elif kind == "union_tag_not_found":
         stated = value.get("kind") if isinstance(value, dict) else None
         message = "needs the kind of part" if stated is None else "unknown choice"
-        allowed = ", ".join(_choices(_field_at(model, steps[:-1])[1]))
+        allowed = ", ".join(sorted(tag.removeprefix("@") for tag in _tagged(_field_at(model, steps[:-1])[1])))
         if isinstance(value, dict):
             location, value = [*location, "kind"], stated
         else:
@@ -119,11 +119,6 @@ def _tagged(field: Any) -> dict[str, type[BaseModel]]:
             found |= dict.fromkeys(tags, arguments[0])
         left += [argument for argument in arguments if not isinstance(argument, Tag)]
     return found
-
-
-def _choices(field: Any) -> list[str]:
-    """The names of those classes, in alphabetical order."""
-    return sorted(tag.removeprefix("@") for tag in _tagged(field))
 
 
 def _describe(field: Any) -> str:

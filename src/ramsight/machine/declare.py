@@ -117,10 +117,10 @@ def quantity(
     unit: str,
     text: str,
     *,
-    above: str | None = None,
-    least: str | None = None,
-    below: str | None = None,
-    most: str | None = None,
+    above: str | float | None = None,
+    least: str | float | None = None,
+    below: str | float | None = None,
+    most: str | float | None = None,
 ) -> Quantity:
     """Declare a physical parameter.
 
@@ -130,12 +130,16 @@ def quantity(
     Args:
         unit: the unit it is shown in; any unit of the same dimension may be written.
         text: what it is, for people.
-        above: lower bound that is not itself allowed, with its unit.
-        least: lower bound that is allowed, with its unit.
-        below: upper bound that is not itself allowed, with its unit.
-        most: upper bound that is allowed, with its unit.
+        above: lower bound that is not itself allowed: a number in that unit, or with a unit of its own.
+        least: lower bound that is allowed, as `above`.
+        below: upper bound that is not itself allowed, as `above`.
+        most: upper bound that is allowed, as `above`.
     """
-    return Quantity(unit, text, above, least, below, most)
+
+    def said(bound: str | float | None) -> str | None:
+        return bound if bound is None or isinstance(bound, str) else f"{bound} {unit}".removesuffix(" 1")
+
+    return Quantity(unit, text, said(above), said(least), said(below), said(most))
 
 
 def count(text: str, *, least: int, most: int) -> Quantity:

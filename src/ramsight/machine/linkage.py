@@ -20,8 +20,8 @@ STANDARD_GRAVITY = 9.80665  # m/s2, ISO 80000-3
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
-_X = Annotated[float, quantity("m", "forward, in the drawing", least="-1000 m", most="1000 m")]
-_Z = Annotated[float, quantity("m", "up, in the drawing", least="-1000 m", most="1000 m")]
+_X = Annotated[float, quantity("m", "forward, in the drawing", least=-1000, most=1000)]
+_Z = Annotated[float, quantity("m", "up, in the drawing", least=-1000, most=1000)]
 _BodyName = Annotated[str, Field(description='body, or "frame" for the machine itself')]
 
 
@@ -49,18 +49,16 @@ class Follow(Part):
     """Chain or gear that makes a joint move in proportion to another."""
 
     body: Annotated[str, Field(description="body whose joint is followed")]
-    ratio: Annotated[float, quantity("1", "this joint's motion over the other's", least="-1000", most="1000")]
+    ratio: Annotated[float, quantity("1", "this joint's motion over the other's", least=-1000, most=1000)]
 
 
 class Body(Part):
     """Rigid body, and what it hangs on."""
 
     parent: Annotated[_BodyName, Field(description='body that it is joined to, or "frame"')] = FRAME
-    mass: Annotated[float, quantity("kg", "mass", least="0 kg", most="1e6 kg")]
+    mass: Annotated[float, quantity("kg", "mass", least=0, most="1e6 kg")]
     centre_of_mass: Annotated[Point, Field(description="its centre of mass")]
-    moment_of_inertia: Annotated[
-        float, quantity("kg m2", "about the centre of mass", least="0 kg m2", most="1e8 kg m2")
-    ]
+    moment_of_inertia: Annotated[float, quantity("kg m2", "about the centre of mass", least=0, most="1e8 kg m2")]
     follows: Annotated[Follow | None, Field(description="joint that gives this joint's motion")] = None
 
     @property
@@ -92,7 +90,7 @@ class SlidingBody(Body):
     """Body that slides along a straight line."""
 
     kind: Annotated[Literal["sliding"], Field(description="slides along a straight line")]
-    direction: Annotated[float, quantity("deg", "of sliding, from forward upwards", least="-360 deg", most="360 deg")]
+    direction: Annotated[float, quantity("deg", "of sliding, from forward upwards", least=-360, most=360)]
 
 
 _KINDS: dict[str, type[Body]] = {"turning": TurningBody, "sliding": SlidingBody}
@@ -113,21 +111,19 @@ class LinkageCylinder(Part):
 
     base: Annotated[Attachment, Field(description="pin of the barrel")]
     rod: Annotated[Attachment, Field(description="pin of the rod")]
-    retracted_length: Annotated[float, quantity("m", "from pin to pin, fully retracted", least="0.001 m", most="100 m")]
+    retracted_length: Annotated[float, quantity("m", "from pin to pin, fully retracted", least=0.001, most=100)]
 
 
 class Payload(Attachment):
     """What is carried, as a point mass; how much there is at any time is the duty's."""
 
-    rated: Annotated[float, quantity("kg", "rated payload", least="0 kg", most="1e6 kg")]
+    rated: Annotated[float, quantity("kg", "rated payload", least=0, most="1e6 kg")]
 
 
 class Linkage(Part):
     """Planar mechanism that the cylinders move."""
 
-    gravity: Annotated[float, quantity("m/s2", "acceleration of free fall", least="0 m/s2", most="100 m/s2")] = (
-        STANDARD_GRAVITY
-    )
+    gravity: Annotated[float, quantity("m/s2", "acceleration of free fall", least=0, most=100)] = STANDARD_GRAVITY
     bodies: Annotated[dict[str, AnyBody], Field(description="bodies by name, each after those that it hangs on")]
     cylinders: Annotated[dict[str, LinkageCylinder], Field(description="cylinders by the name of their unit")]
     payload: Annotated[Payload | None, Field(description="where the payload's mass acts")] = None

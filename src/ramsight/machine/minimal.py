@@ -74,7 +74,8 @@ def _unit(unit: Unit, path: str) -> Iterator[str]:
     """Lines of a unit: its words and small parts as keys of its own, then a table for each larger part."""
     fields = type(unit).model_fields
     for key in ("circuit", "load_direction"):
-        yield _line(key, getattr(unit, key), yours(type(unit), key, {}) + explain(fields[key]))
+        words = yours(type(unit), key, {}) + explain(fields[key])
+        yield f"{_aligned(_written(key, getattr(unit, key)))}  # {words}"
     tables: list[str] = []
     close = False  # parts of a circuit stand together
     for name, part, places in _parts(unit):
@@ -118,10 +119,6 @@ def _values(part: Part, places: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             words = yours(type(part), key, stated) + explain(field)
             bare = declared.whole or (declared.unit == "1" and "/" not in text)
             yield _written(key, float(text) if bare and not declared.whole else value if bare else text), words
-
-
-def _line(key: str, value: Any, words: str) -> str:
-    return f"{_aligned(_written(key, value))}  # {words}"
 
 
 def _written(key: str, value: Any) -> str:

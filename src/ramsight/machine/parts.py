@@ -16,21 +16,20 @@ from ramsight.machine.valve_description import AnticavitationValve, ReliefValve,
 class Manifold(Part):
     """Block that carries pump and valves, one side alike the other."""
 
-    volume: Annotated[float, quantity("l", "oil in the manifold, per side", least="1e-4 l", most="100 l")]
+    volume: Annotated[float, quantity("l", "oil in the manifold, per side", least="1e-4 l", most=100)]
 
 
 class Hose(Part):
     """Hose between manifold and cylinders, one side alike the other."""
 
-    volume: Annotated[float, quantity("l", "oil in the hose, per side", least="1e-4 l", most="1000 l")]
-    length: Annotated[float, quantity("m", "length, for the resistance", least="0.001 m", most="100 m")]
-    diameter: Annotated[float, quantity("mm", "inner diameter, for the resistance", above="1 mm", most="200 mm")]
+    volume: Annotated[float, quantity("l", "oil in the hose, per side", least="1e-4 l", most=1000)]
+    length: Annotated[float, quantity("m", "length, for the resistance", least=0.001, most=100)]
+    diameter: Annotated[float, quantity("mm", "inner diameter, for the resistance", above=1, most=200)]
     effective_bulk_modulus: Annotated[
-        float, quantity("GPa", "bulk modulus of oil and hose wall together", least="0.001 GPa", most="5 GPa")
+        float, quantity("GPa", "bulk modulus of oil and hose wall together", least=0.001, most=5)
     ]
     stiffening: Annotated[
-        float,
-        quantity("1", "rise of that modulus per pressure above the atmosphere's; 0 for none", least="0", most="50"),
+        float, quantity("1", "rise of that modulus per pressure above the atmosphere's; 0 for none", least=0, most=50)
     ] = 0.0
     regime: Annotated[
         Literal["laminar", "turbulent"], Field(description="laminar whatever the speed, or turning turbulent")
@@ -39,20 +38,9 @@ class Hose(Part):
 
 
 __all__ = [
-    "PARTS",
-    "AnticavitationValve",
-    "Cylinder",
-    "Drive",
-    "Hose",
-    "Load",
-    "Manifold",
-    "Oil",
-    "Part",
-    "Pump",
-    "ReliefValve",
-    "SafetyValve",
-    "Tank",
-]
+    "PARTS", "AnticavitationValve", "Cylinder", "Drive", "Hose", "Load", "Manifold", "Oil", "Part", "Pump",
+    "ReliefValve", "SafetyValve", "Tank",
+]  # fmt: skip
 
 
 class Oil(Part):
@@ -61,33 +49,23 @@ class Oil(Part):
     family: ClassVar[str] = "oil"
 
     model: Model = None
-    viscosity_40c: Annotated[
-        float, quantity("mm2/s", "kinematic viscosity at 40 °C", above="1 mm2/s", most="1000 mm2/s")
-    ]
-    viscosity_100c: Annotated[
-        float, quantity("mm2/s", "kinematic viscosity at 100 °C", above="0.5 mm2/s", most="200 mm2/s")
-    ]
-    density: Annotated[float, quantity("kg/m3", "density at 15 °C", least="500 kg/m3", most="2000 kg/m3")]
-    bulk_modulus: Annotated[float, quantity("GPa", "bulk modulus of the oil itself", least="0.05 GPa", most="5 GPa")]
-    min_temperature: Annotated[
-        float, quantity("degC", "lowest temperature the data hold for", least="-60 degC", most="40 degC")
-    ]
-    max_temperature: Annotated[
-        float, quantity("degC", "highest temperature the data hold for", least="40 degC", most="200 degC")
-    ]
+    viscosity_40c: Annotated[float, quantity("mm2/s", "kinematic viscosity at 40 °C", above=1, most=1000)]
+    viscosity_100c: Annotated[float, quantity("mm2/s", "kinematic viscosity at 100 °C", above=0.5, most=200)]
+    density: Annotated[float, quantity("kg/m3", "density at 15 °C", least=500, most=2000)]
+    bulk_modulus: Annotated[float, quantity("GPa", "bulk modulus of the oil itself", least=0.05, most=5)]
+    min_temperature: Annotated[float, quantity("degC", "lowest temperature the data hold for", least=-60, most=40)]
+    max_temperature: Annotated[float, quantity("degC", "highest temperature the data hold for", least=40, most=200)]
     thermal_expansion: Annotated[
-        float,
-        quantity("1/K", "loss of density per kelvin, 0 for none; mineral oil 7e-4", least="0 1/K", most="0.01 1/K"),
+        float, quantity("1/K", "loss of density per kelvin, 0 for none; mineral oil 7e-4", least=0, most=0.01)
     ] = 0.0
     free_air: Annotated[
-        float, quantity("%", "free air at atmospheric pressure, by volume of oil; 0 for none", least="0 %", most="20 %")
+        float, quantity("%", "free air at atmospheric pressure, by volume of oil; 0 for none", least=0, most=20)
     ] = 0.0
     air_exponent: Annotated[
-        float, quantity("1", "polytropic exponent of that air, 1 slow, 1.4 fast", least="1", most="1.67")
+        float, quantity("1", "polytropic exponent of that air, 1 slow, 1.4 fast", least=1, most=1.67)
     ] = 1.4
     pressure_viscosity: Annotated[
-        float,
-        quantity("1/Pa", "a of viscosity ~ exp(a p), acts on leakage; 0 for none", least="0 1/Pa", most="1e-7 1/Pa"),
+        float, quantity("1/Pa", "a of viscosity ~ exp(a p), acts on leakage; 0 for none", least=0, most="1e-7 1/Pa")
     ] = 0.0
 
     @model_validator(mode="after")
@@ -106,66 +84,51 @@ class Cylinder(Part):
     """Cylinders of the unit: `number` equal ones that move together; A is the piston side, B the rod side."""
 
     number: Annotated[int, count("cylinders that move together", least=1, most=16)]
-    bore: Annotated[float, quantity("mm", "inner diameter of the barrel", least="1 mm", most="1 m")]
-    rod: Annotated[float, quantity("mm", "diameter of the rod, smaller than the bore", least="1 mm", below="1 m")]
-    stroke: Annotated[float, quantity("mm", "travel from end to end", least="1 mm", most="20 m")]
+    bore: Annotated[float, quantity("mm", "inner diameter of the barrel", least=1, most="1 m")]
+    rod: Annotated[float, quantity("mm", "diameter of the rod, smaller than the bore", least=1, below="1 m")]
+    stroke: Annotated[float, quantity("mm", "travel from end to end", least=1, most="20 m")]
     dead_volume_a: Annotated[
-        float,
-        quantity("l", "oil in the A chambers, fully retracted, all cylinders together", least="1e-4 l", most="100 l"),
+        float, quantity("l", "oil in the A chambers, fully retracted, all cylinders together", least="1e-4 l", most=100)
     ]
     dead_volume_b: Annotated[
-        float,
-        quantity("l", "oil in the B chambers, fully extended, all cylinders together", least="1e-4 l", most="100 l"),
+        float, quantity("l", "oil in the B chambers, fully extended, all cylinders together", least="1e-4 l", most=100)
     ]
-    breakaway_friction: Annotated[
-        float, quantity("kN", "force that starts a motion, per cylinder", least="0 kN", most="1000 kN")
-    ]
-    coulomb_friction: Annotated[
-        float, quantity("kN", "friction of slow motion, per cylinder", least="0 kN", most="1000 kN")
-    ]
+    breakaway_friction: Annotated[float, quantity("kN", "force that starts a motion, per cylinder", least=0, most=1000)]
+    coulomb_friction: Annotated[float, quantity("kN", "friction of slow motion, per cylinder", least=0, most=1000)]
     viscous_friction: Annotated[
-        float,
-        quantity("kN/(m/s)", "friction added per velocity, per cylinder", least="0 kN/(m/s)", most="10000 kN/(m/s)"),
+        float, quantity("kN/(m/s)", "friction added per velocity, per cylinder", least=0, most=10000)
     ]
     pressure_friction: Annotated[
-        float, quantity("%", "friction added, over the force of the pressures; 0 for none", least="0 %", most="20 %")
+        float, quantity("%", "friction added, over the force of the pressures; 0 for none", least=0, most=20)
     ] = 0.0
     stribeck_velocity: Annotated[
-        float,
-        quantity("mm/s", "velocity over which breakaway fades to Coulomb friction", least="0.001 mm/s", most="1 m/s"),
+        float, quantity("mm/s", "velocity over which breakaway fades to Coulomb friction", least=0.001, most="1 m/s")
     ] = 5e-3
     end_stop_stiffness: Annotated[
-        float, quantity("kN/mm", "stiffness of an end stop, per cylinder", least="1 kN/mm", most="100000 kN/mm")
+        float, quantity("kN/mm", "stiffness of an end stop, per cylinder", least=1, most=100000)
     ] = 2.5e8
     end_stop_damping: Annotated[
-        float, quantity("kN/(m/s)", "damping of an end stop, per cylinder", least="0 kN/(m/s)", most="1e6 kN/(m/s)")
+        float, quantity("kN/(m/s)", "damping of an end stop, per cylinder", least=0, most="1e6 kN/(m/s)")
     ] = 5e5
     rod_a: Annotated[
-        float, quantity("mm", "diameter of a second rod, through the A side; 0 for none", least="0 mm", below="1 m")
+        float, quantity("mm", "diameter of a second rod, through the A side; 0 for none", least=0, below="1 m")
     ] = 0.0
     seal_leakage: Annotated[
-        float,
-        quantity(
-            "l/min", "past the seals at 100 bar, 46 mm2/s, per cylinder; 0 for none", least="0 l/min", most="100 l/min"
-        ),
+        float, quantity("l/min", "past the seals at 100 bar, 46 mm2/s, per cylinder; 0 for none", least=0, most=100)
     ] = 0.0
 
     cushion_length_a: Annotated[
-        float, quantity("mm", "end cushion of side A, before the rod is in; 0 for none", least="0 mm", most="200 mm")
+        float, quantity("mm", "end cushion of side A, before the rod is in; 0 for none", least=0, most=200)
     ] = 0.0
     cushion_length_b: Annotated[
-        float, quantity("mm", "end cushion of side B, before the rod is out; 0 for none", least="0 mm", most="200 mm")
+        float, quantity("mm", "end cushion of side B, before the rod is out; 0 for none", least=0, most=200)
     ] = 0.0
-    cushion_plunger_a: Annotated[float, quantity("mm", "diameter of side A's plunger", least="0 mm", below="1 m")] = 0.0
+    cushion_plunger_a: Annotated[float, quantity("mm", "diameter of side A's plunger", least=0, below="1 m")] = 0.0
     cushion_plunger_b: Annotated[
-        float,
-        quantity("mm", "diameter of side B's plunger, around the rod; 0 for the rod's", least="0 mm", below="1 m"),
+        float, quantity("mm", "diameter of side B's plunger, around the rod; 0 for the rod's", least=0, below="1 m")
     ] = 0.0
     cushion_flow: Annotated[
-        float,
-        quantity(
-            "l/min", "through a cushion's needle valve at 100 bar, per cylinder", least="0.001 l/min", most="1000 l/min"
-        ),
+        float, quantity("l/min", "through a cushion's needle valve at 100 bar, per cylinder", least=0.001, most=1000)
     ] = 5e-5
 
     @model_validator(mode="after")
@@ -216,19 +179,19 @@ class Cylinder(Part):
 class Tank(Part):
     """Tank; in a closed circuit the pressure that it is charged to at rest."""
 
-    pressure: Annotated[float, quantity("bar", "absolute pressure", least="0.001 bar", most="50 bar")]
+    pressure: Annotated[float, quantity("bar", "absolute pressure", least=0.001, most=50)]
 
 
 class Load(Part):
     """What the cylinders move."""
 
-    mass: Annotated[float, quantity("kg", "mass that moves with the rods", least="0.001 kg", most="1e6 kg")]
+    mass: Annotated[float, quantity("kg", "mass that moves with the rods", least=0.001, most="1e6 kg")]
     kind: Annotated[
         Literal["force", "passive"],
         Field(description="a force that also moves the rods, as a weight does, or one that only resists their motion"),
     ] = "force"
     loads: Annotated[
-        dict[str, Annotated[float, quantity("kN", "named load, at the rods", least="0 kN", most="1e5 kN")]],
+        dict[str, Annotated[float, quantity("kN", "named load, at the rods", least=0, most="1e5 kN")]],
         Field(description="named loads for tables and duty cycles", default_factory=dict),
     ]
 
@@ -241,21 +204,15 @@ TANK, CASE_TO_AIR, TANK_TO_AIR = 37e3, 3.0, 15.0
 class Heat(Part):
     """Heat stores: the pumps' cases, which leakage and friction of the pumps warm, and the tank."""
 
-    case: Annotated[
-        float, quantity("kJ/K", "heat capacity of the pumps' cases with their oil", least="0.05 kJ/K", most="1000 kJ/K")
-    ]
+    case: Annotated[float, quantity("kJ/K", "heat capacity of the pumps' cases with their oil", least=0.05, most=1000)]
     case_to_tank: Annotated[
-        float, quantity("W/K", "from cases to tank, by the oil that passes the pumps", least="1 W/K", most="1e5 W/K")
+        float, quantity("W/K", "from cases to tank, by the oil that passes the pumps", least=1, most="1e5 W/K")
     ]
-    tank: Annotated[
-        float, quantity("kJ/K", "heat capacity of the tank with its oil", least="0.1 kJ/K", most="1e5 kJ/K")
-    ] = TANK
-    case_to_air: Annotated[float, quantity("W/K", "from the cases to the air", least="0 W/K", most="1e4 W/K")] = (
-        CASE_TO_AIR
+    tank: Annotated[float, quantity("kJ/K", "heat capacity of the tank with its oil", least=0.1, most="1e5 kJ/K")] = (
+        TANK
     )
-    tank_to_air: Annotated[float, quantity("W/K", "from the tank to the air", least="0 W/K", most="1e5 W/K")] = (
-        TANK_TO_AIR
-    )
+    case_to_air: Annotated[float, quantity("W/K", "from the cases to the air", least=0, most="1e4 W/K")] = CASE_TO_AIR
+    tank_to_air: Annotated[float, quantity("W/K", "from the tank to the air", least=0, most="1e5 W/K")] = TANK_TO_AIR
 
 
 # Around the hydraulics of a bench: motor, controller, battery, instruments. No equation uses them. They stand in the
@@ -267,15 +224,11 @@ class Motor(Part):
 
     family: ClassVar[str] = "motor"
 
-    rated_torque: Annotated[
-        float, quantity("N m", "torque that it gives for ever", least="0.001 N m", most="10000 N m")
-    ]
-    peak_torque: Annotated[
-        float, quantity("N m", "torque that it gives for seconds", least="0.001 N m", most="20000 N m")
-    ]
-    max_speed: Annotated[float, quantity("rpm", "highest speed", least="1 rpm", most="30000 rpm")]
+    rated_torque: Annotated[float, quantity("N m", "torque that it gives for ever", least=0.001, most=10000)]
+    peak_torque: Annotated[float, quantity("N m", "torque that it gives for seconds", least=0.001, most=20000)]
+    max_speed: Annotated[float, quantity("rpm", "highest speed", least=1, most=30000)]
     moment_of_inertia: Annotated[
-        float, quantity("kg m2", "of the rotor alone", least="1e-8 kg m2", most="100 kg m2")
+        float, quantity("kg m2", "of the rotor alone", least="1e-8 kg m2", most=100)
     ]  # fmt: skip
 
 
@@ -284,12 +237,12 @@ class MotorController(Part):
 
     family: ClassVar[str] = "motor controller"
 
-    speed_step: Annotated[float, quantity("rpm", "step of the reported speed", least="1e-6 rpm", most="100 rpm")]
-    torque_step: Annotated[float, quantity("N m", "step of the reported torque", least="1e-6 N m", most="100 N m")]
+    speed_step: Annotated[float, quantity("rpm", "step of the reported speed", least="1e-6 rpm", most=100)]
+    torque_step: Annotated[float, quantity("N m", "step of the reported torque", least="1e-6 N m", most=100)]
     torque_accuracy: Annotated[
-        float, quantity("%", "of the reported torque, over the motor's rated one", least="0.0001 %", most="50 %")
+        float, quantity("%", "of the reported torque, over the motor's rated one", least=0.0001, most=50)
     ]
-    period: Annotated[float, quantity("ms", "between two reports", least="0.01 ms", most="10 s")]
+    period: Annotated[float, quantity("ms", "between two reports", least=0.01, most="10 s")]
 
 
 class Battery(Part):
@@ -297,8 +250,8 @@ class Battery(Part):
 
     family: ClassVar[str] = "battery"
 
-    voltage: Annotated[float, quantity("V", "nominal voltage", least="0.1 V", most="2000 V")]
-    capacity: Annotated[float, quantity("A h", "nominal capacity", least="0.001 A h", most="10000 A h")]
+    voltage: Annotated[float, quantity("V", "nominal voltage", least=0.1, most=2000)]
+    capacity: Annotated[float, quantity("A h", "nominal capacity", least=0.001, most=10000)]
 
 
 class PressureSensor(Part):
@@ -306,8 +259,8 @@ class PressureSensor(Part):
 
     family: ClassVar[str] = "pressure sensor"
 
-    span: Annotated[float, quantity("bar", "measuring range", least="0.001 bar", most="10000 bar")]
-    accuracy: Annotated[float, quantity("%", "of the span, either way", least="0.0001 %", most="20 %")]
+    span: Annotated[float, quantity("bar", "measuring range", least=0.001, most=10000)]
+    accuracy: Annotated[float, quantity("%", "of the span, either way", least=0.0001, most=20)]
 
 
 class Thermometer(Part):
@@ -323,9 +276,9 @@ class PositionSensor(Part):
 
     family: ClassVar[str] = "position sensor"
 
-    span: Annotated[float, quantity("mm", "measuring length", least="1 mm", most="100 m")]
-    accuracy: Annotated[float, quantity("%", "of the span, either way", least="0.0001 %", most="20 %")]
-    step: Annotated[float, quantity("mm", "step of the reported length", least="1e-6 mm", most="100 mm")]
+    span: Annotated[float, quantity("mm", "measuring length", least=1, most="100 m")]
+    accuracy: Annotated[float, quantity("%", "of the span, either way", least=0.0001, most=20)]
+    step: Annotated[float, quantity("mm", "step of the reported length", least="1e-6 mm", most=100)]
 
 
 ELECTRICS: tuple[type[Part], ...] = (Motor, MotorController, Battery, PressureSensor, Thermometer, PositionSensor)

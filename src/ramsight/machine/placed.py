@@ -10,6 +10,7 @@ from pydantic import Discriminator, Field, Tag
 from ramsight.machine.base import Part
 from ramsight.machine.declare import quantity
 from ramsight.machine.parts import AnticavitationValve, Hose, Manifold, Pump, ReliefValve, SafetyValve
+from ramsight.machine.valve_description import RatedFlow
 
 Node = Annotated[
     str, Field(description="node: tank, chamber_a, chamber_b or any name", pattern=r"^[a-z][a-z0-9_]*$", max_length=40)
@@ -47,9 +48,7 @@ class PlacedPilotCheck(AnticavitationValve):
     inlet: Node
     outlet: Node
     pilot: Node
-    pilot_ratio: Annotated[
-        float, quantity("1", "area of the pilot piston over that of the seat", above="0.1", most="100")
-    ]
+    pilot_ratio: Annotated[float, quantity("1", "area of the pilot piston over that of the seat", above=0.1, most=100)]
 
 
 class PlacedSafety(SafetyValve):
@@ -76,7 +75,7 @@ class PlacedVolume(Manifold):
 
     kind: Annotated[Literal["volume"], Field(description="kind of part")]
     node: Node
-    volume: Annotated[float, quantity("l", "oil in it", least="1e-4 l", most="1000 l")]
+    volume: Annotated[float, quantity("l", "oil in it", least="1e-4 l", most=1000)]
 
 
 class PlacedOrifice(Part):
@@ -85,12 +84,8 @@ class PlacedOrifice(Part):
     kind: Annotated[Literal["orifice"], Field(description="kind of part")]
     inlet: Node
     outlet: Node
-    rated_flow: Annotated[
-        float, quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min")
-    ]
-    rated_pressure_drop: Annotated[
-        float, quantity("bar", "pressure drop at rated_flow", least="0.001 bar", most="1000 bar")
-    ]
+    rated_flow: RatedFlow
+    rated_pressure_drop: Annotated[float, quantity("bar", "pressure drop at rated_flow", least=0.001, most=1000)]
 
     @property
     def flow_coefficient(self) -> float:
@@ -106,30 +101,25 @@ class PlacedDirectional(Part):
     tank_port: Annotated[Node, Field(description="node that it returns to")]
     port_a: Annotated[Node, Field(description="node that is fed at command 1")]
     port_b: Annotated[Node, Field(description="node that is fed at command -1")]
-    rated_flow: Annotated[
-        float, quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min")
-    ]
+    rated_flow: RatedFlow
     rated_pressure_drop: Annotated[
-        float, quantity("bar", "pressure drop of one open edge at rated_flow", least="0.001 bar", most="100 bar")
+        float, quantity("bar", "pressure drop of one open edge at rated_flow", least=0.001, most=100)
     ]
     overlap: Annotated[
         float,
         quantity(
             "1",
             "share of the spool's way where an edge begins to open; negative: open in the middle",
-            least="-0.9",
-            most="0.9",
+            least=-0.9,
+            most=0.9,
         ),
     ] = 0.0
     switching_time: Annotated[
         float,
-        quantity(
-            "ms", "until the spool has gone 95 % of a step, first order; 0 for at once", least="0 ms", most="10 s"
-        ),
+        quantity("ms", "until the spool has gone 95 % of a step, first order; 0 for at once", least=0, most="10 s"),
     ] = 0.0
     closed_leakage: Annotated[
-        float,
-        quantity("ml/min", "past each edge at 250 bar, 46 mm2/s; 0 for none", least="0 ml/min", most="10000 ml/min"),
+        float, quantity("ml/min", "past each edge at 250 bar, 46 mm2/s; 0 for none", least=0, most=10000)
     ] = 0.0
 
     @property
@@ -144,18 +134,13 @@ class PlacedLoadSensingPump(PlacedPump):
     kind: Annotated[Literal["load-sensing pump"], Field(description="kind of part")]  # type: ignore[assignment]
     load_line: Annotated[Node, Field(description="node of the sensing line that it answers")]
     margin: Annotated[
-        float, quantity("bar", "of its outlet over the line, where it delivers nothing", above="1 bar", most="100 bar")
+        float, quantity("bar", "of its outlet over the line, where it delivers nothing", above=1, most=100)
     ]
-    cut_off: Annotated[
-        float, quantity("bar", "pressure rise where it delivers nothing", above="1 bar", most="1000 bar")
-    ]
+    cut_off: Annotated[float, quantity("bar", "pressure rise where it delivers nothing", above=1, most=1000)]
     band: Annotated[
-        float,
-        quantity("bar", "below these within which it goes to full displacement", least="0.001 bar", most="100 bar"),
+        float, quantity("bar", "below these within which it goes to full displacement", least=0.001, most=100)
     ]
-    swivel_time: Annotated[
-        float, quantity("ms", "until it has gone 95 % of a step, first order", above="1 ms", most="10 s")
-    ]
+    swivel_time: Annotated[float, quantity("ms", "until it has gone 95 % of a step, first order", above=1, most="10 s")]
 
 
 class PlacedMetering(PlacedDirectional):
@@ -164,8 +149,7 @@ class PlacedMetering(PlacedDirectional):
     kind: Annotated[Literal["metering valve"], Field(description="kind of part")]  # type: ignore[assignment]
     load_line: Annotated[Node, Field(description="node of the sensing line")]
     sensing_flow: Annotated[
-        float,
-        quantity("l/min", "through the sensing bore at rated_pressure_drop", least="0.001 l/min", most="100 l/min"),
+        float, quantity("l/min", "through the sensing bore at rated_pressure_drop", least=0.001, most=100)
     ]
 
     @property
@@ -179,29 +163,19 @@ class PlacedAccumulator(Part):
 
     kind: Annotated[Literal["accumulator"], Field(description="kind of part")]
     node: Node
-    gas_volume: Annotated[float, quantity("l", "gas at its precharge", least="1e-4 l", most="1000 l")]
-    precharge: Annotated[float, quantity("bar", "absolute gas pressure without oil", above="0.1 bar", most="500 bar")]
+    gas_volume: Annotated[float, quantity("l", "gas at its precharge", least="1e-4 l", most=1000)]
+    precharge: Annotated[float, quantity("bar", "absolute gas pressure without oil", above=0.1, most=500)]
     gas_exponent: Annotated[
-        float, quantity("1", "polytropic exponent of the gas, 1 slow, 1.4 fast", least="1", most="1.67")
+        float, quantity("1", "polytropic exponent of the gas, 1 slow, 1.4 fast", least=1, most=1.67)
     ] = 1.2
 
     family: ClassVar[str] = ""
 
 
 PLACED: tuple[type[Part], ...] = (
-    PlacedPump,
-    PlacedLoadSensingPump,
-    PlacedRelief,
-    PlacedCheck,
-    PlacedPilotCheck,
-    PlacedSafety,
-    PlacedHose,
-    PlacedVolume,
-    PlacedOrifice,
-    PlacedDirectional,
-    PlacedMetering,
-    PlacedAccumulator,
-)
+    PlacedPump, PlacedLoadSensingPump, PlacedRelief, PlacedCheck, PlacedPilotCheck, PlacedSafety, PlacedHose,
+    PlacedVolume, PlacedOrifice, PlacedDirectional, PlacedMetering, PlacedAccumulator,
+)  # fmt: skip
 KINDS: dict[str, type[Part]] = {part.model_fields["kind"].annotation.__args__[0]: part for part in PLACED}  # type: ignore[union-attr]
 
 

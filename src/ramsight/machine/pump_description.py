@@ -23,62 +23,41 @@ class Pump(Part):
     belt: Annotated[
         float, gearing("pump speed over motor speed, as a number or as teeth", above="0.01", most="100")
     ] = 1.0
-    displacement: Annotated[
-        float, quantity("cm3/rev", "displacement of one chamber", least="0.001 cm3/rev", most="5000 cm3/rev")
-    ]
+    displacement: Annotated[float, quantity("cm3/rev", "displacement of one chamber", least=0.001, most=5000)]
     volumetric_efficiency: Annotated[
-        float, quantity("1", "volumetric efficiency at the nominal point", above="0.5", most="1")
+        float, quantity("1", "volumetric efficiency at the nominal point", above=0.5, most=1)
     ]
     hydromechanical_efficiency: Annotated[
-        float, quantity("1", "hydro-mechanical efficiency at the nominal point", above="0.5", most="1")
+        float, quantity("1", "hydro-mechanical efficiency at the nominal point", above=0.5, most=1)
     ]
-    nominal_speed: Annotated[float, quantity("rpm", "pump speed of the nominal point", least="1 rpm", most="20000 rpm")]
-    nominal_pressure: Annotated[
-        float, quantity("bar", "pressure difference of the nominal point", least="1 bar", most="1000 bar")
-    ]
+    nominal_speed: Annotated[float, quantity("rpm", "pump speed of the nominal point", least=1, most=20000)]
+    nominal_pressure: Annotated[float, quantity("bar", "pressure difference of the nominal point", least=1, most=1000)]
     nominal_viscosity: Annotated[
-        float, quantity("mm2/s", "kinematic viscosity of the nominal point", above="1 mm2/s", most="1000 mm2/s")
+        float, quantity("mm2/s", "kinematic viscosity of the nominal point", above=1, most=1000)
     ]
-    nominal_density: Annotated[
-        float, quantity("kg/m3", "oil density of the nominal point", least="500 kg/m3", most="2000 kg/m3")
-    ]
-    no_load_torque: Annotated[
-        float, quantity("N m", "friction torque without pressure, per block", least="0 N m", most="1000 N m")
-    ]
-    max_speed: Annotated[float, quantity("rpm", "highest pump speed allowed", least="1 rpm", most="20000 rpm")]
-    max_pressure: Annotated[float, quantity("bar", "highest continuous pressure", least="1 bar", most="1000 bar")]
+    nominal_density: Annotated[float, quantity("kg/m3", "oil density of the nominal point", least=500, most=2000)]
+    no_load_torque: Annotated[float, quantity("N m", "friction torque without pressure, per block", least=0, most=1000)]
+    max_speed: Annotated[float, quantity("rpm", "highest pump speed allowed", least=1, most=20000)]
+    max_pressure: Annotated[float, quantity("bar", "highest continuous pressure", least=1, most=1000)]
     orifice_leakage: Annotated[
-        float,
-        quantity(
-            "l/min", "by wear, at nominal_pressure, grows with its root, per chamber", least="0 l/min", most="100 l/min"
-        ),
+        float, quantity("l/min", "by wear, at nominal_pressure, grows with its root, per chamber", least=0, most=100)
     ] = 0.0
     viscous_drag: Annotated[
-        float,
-        quantity(
-            "N m s/rad",
-            "torque per pump speed at nominal_viscosity, per block",
-            least="0 N m s/rad",
-            most="10 N m s/rad",
-        ),
+        float, quantity("N m s/rad", "torque per pump speed at nominal_viscosity, per block", least=0, most=10)
     ] = 0.0
     hydrodynamic_drag: Annotated[
-        float,
-        quantity(
-            "N m s2/rad2", "torque per squared pump speed, per block", least="0 N m s2/rad2", most="0.1 N m s2/rad2"
-        ),
+        float, quantity("N m s2/rad2", "torque per squared pump speed, per block", least=0, most=0.1)
     ] = 0.0
     # Tooth belts pass on 97 to 98 % of the torque, V-belts 95 to 97 %; a V-belt creeps by 0.5 to 1 %, a tooth belt not.
     belt_efficiency: Annotated[
-        float, quantity("%", "torque that the belt passes on, either way", above="50 %", most="100 %")
+        float, quantity("%", "torque that the belt passes on, either way", above=50, most=100)
     ] = 1.0
     belt_creep: Annotated[
-        float,
-        quantity("%", "by which it falls behind its ratio at nominal_pressure's torque", least="0 %", most="10 %"),
+        float, quantity("%", "by which it falls behind its ratio at nominal_pressure's torque", least=0, most=10)
     ] = 0.0
     # Data sheets ask for 0.6 to 0.8 bar; 0 is a pump that fills whatever its inlet's pressure.
     min_inlet_pressure: Annotated[
-        float, quantity("bar", "absolute, from which it fills at max_speed", least="0 bar", most="10 bar")
+        float, quantity("bar", "absolute, from which it fills at max_speed", least=0, most=10)
     ] = 0.0
     # Flow at the outlet's density is what ISO 4409 takes the volumetric efficiency from.
     compression: Annotated[
@@ -154,28 +133,22 @@ class Drive(Part):
     model: Model = None
     moment_of_inertia: Annotated[
         float,
-        quantity(
-            "kg m2",
-            "moment of inertia at the motor shaft, belt and pumps included",
-            least="1e-8 kg m2",
-            most="10 kg m2",
-        ),
+        quantity("kg m2", "moment of inertia at the motor shaft, belt and pumps included", least="1e-8 kg m2", most=10),
     ]
-    max_speed: Annotated[float, quantity("rpm", "highest motor speed", least="1 rpm", most="30000 rpm")]
-    max_torque: Annotated[float, quantity("N m", "highest motor torque", least="0.001 N m", most="10000 N m")]
+    max_speed: Annotated[float, quantity("rpm", "highest motor speed", least=1, most=30000)]
+    max_torque: Annotated[float, quantity("N m", "highest motor torque", least=0.001, most=10000)]
     control: Annotated[
         Literal["ideal", "servo"], Field(description="speed as commanded, or a PI speed loop limited by max_torque")
     ] = "ideal"
     proportional_gain: Annotated[
-        float,
-        quantity("N m s/rad", "of the speed loop, torque per speed", least="1e-6 N m s/rad", most="10000 N m s/rad"),
+        float, quantity("N m s/rad", "of the speed loop, torque per speed", least="1e-6 N m s/rad", most=10000)
     ] = 0.8
     integral_gain: Annotated[
-        float, quantity("N m/rad", "of the speed loop, torque per angle", least="0 N m/rad", most="1e6 N m/rad")
+        float, quantity("N m/rad", "of the speed loop, torque per angle", least=0, most="1e6 N m/rad")
     ] = 16.0
     drive_efficiency: Annotated[
-        float, quantity("1", "of motor and inverter together, for energy figures", above="0.1", most="1")
+        float, quantity("1", "of motor and inverter together, for energy figures", above=0.1, most=1)
     ] = 0.9
     battery_efficiency: Annotated[
-        float, quantity("1", "of the battery, each way, for energy figures", above="0.1", most="1")
+        float, quantity("1", "of the battery, each way, for energy figures", above=0.1, most=1)
     ] = 0.95

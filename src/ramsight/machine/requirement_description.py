@@ -25,13 +25,11 @@ class Requirement(Part):
     """
 
     error: Annotated[
-        float, quantity("mm", "that 95 % of the position's errors have to be within", least="0.1 mm", most="10 m")
+        float, quantity("mm", "that 95 % of the position's errors have to be within", least=0.1, most="10 m")
     ]
-    ok: Annotated[
-        float, quantity("%", "share of the time in which the status has to be ok", least="0 %", most="100 %")
-    ] = 0.0
+    ok: Annotated[float, quantity("%", "share of the time in which the status has to be ok", least=0, most=100)] = 0.0
     visit_every: Annotated[
-        float, quantity("s", "time after a reference for which that is required", least="1 s", most="24 h")
+        float, quantity("s", "time after a reference for which that is required", least=1, most="24 h")
     ] = DAY
 
     def integrity(self, assumed: AssumedIntegrity, stroke: float) -> AssumedIntegrity:

@@ -101,7 +101,7 @@ def read_spread(text: Any, declared: Quantity, centre: float | None) -> Spread:
 
     Example:
         >>> from ramsight.machine.declare import quantity
-        >>> round(read_spread("± 2 % normal", quantity("1", "efficiency", above="0.5", most="1"), 0.9).half, 6)
+        >>> round(read_spread("± 2 % normal", quantity("1", "efficiency", above=0.5, most=1), 0.9).half, 6)
         0.018
     """
     example = "'± 5 %', '± 0.02 normal'"

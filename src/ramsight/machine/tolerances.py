@@ -78,7 +78,7 @@ class Tolerances(Part):
     oil_temperature: Annotated[_Text, _of("degC", "of the oil at the beginning", "-60 degC", "200 degC")] = None
     warming: Annotated[_Text, _of("delta_K", "of the oil over the duty", "-100 K", "100 K")] = None
     correlations: Annotated[
-        dict[str, Annotated[float, quantity("1", "correlation of two of them", least="-1", most="1")]],
+        dict[str, Annotated[float, quantity("1", "correlation of two of them", least=-1, most=1)]],
         Field(description="correlations of pairs, for example leakage-displacement = 0.5"),
     ] = {}  # noqa: RUF012 - of a model, which copies it
 
@@ -109,15 +109,9 @@ def _declared(field: FieldInfo) -> Quantity | None:
 
 #: how a tolerance of each unit is written
 EXAMPLES = {
-    "1": "± 10 %",
-    "%": "± 1 %",
-    "mm": "± 1 mm",
-    "ms": "10 ms ± 10 ms",
-    "s": "30 s ± 20 s",
-    "N m": "0.5 N m ± 0.2 N m",
-    "delta_K": "5 K ± 2 K",
-    "degC": "40 degC ± 15 K",
-}
+    "1": "± 10 %", "%": "± 1 %", "mm": "± 1 mm", "ms": "10 ms ± 10 ms", "s": "30 s ± 20 s",
+    "N m": "0.5 N m ± 0.2 N m", "delta_K": "5 K ± 2 K", "degC": "40 degC ± 15 K",
+}  # fmt: skip
 #: what each of them is, by name
 KINDS: dict[str, Quantity] = {
     name: declared for name, field in Tolerances.model_fields.items() if (declared := _declared(field)) is not None

@@ -16,23 +16,9 @@ from numpy.typing import NDArray
 from ramsight.arrays import Array
 
 DECIMALS = {
-    "s": 6,
-    "m": 6,
-    "m_per_s": 6,
-    "m3": 9,
-    "m3_per_s": 9,
-    "mm": 3,
-    "rad_per_s": 4,
-    "rpm": 3,
-    "nm": 4,
-    "n": 1,
-    "pa": 0,
-    "bar": 3,
-    "k": 3,
-    "c": 3,
-    "w": 2,
-    "j": 2,
-}
+    "s": 6, "m": 6, "m_per_s": 6, "m3": 9, "m3_per_s": 9, "mm": 3, "rad_per_s": 4, "rpm": 3, "nm": 4, "n": 1,
+    "pa": 0, "bar": 3, "k": 3, "c": 3, "w": 2, "j": 2,
+}  # fmt: skip
 """Decimals of a column by the unit its name ends in; other columns of floats get nine significant digits."""
 
 Letters = NDArray[np.uint8]

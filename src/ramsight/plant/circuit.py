@@ -52,23 +52,39 @@ class Part(Protocol):
         """Add flows, torques, states and power to the circuit."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Audited:
+    """What a circuit's balances are made of.
+
+    Attributes:
+        nodes: that are volumes.
+        losses, works: names of the energies that leave through losses and as work.
+        tank_flows: names of flows from the tank.
+    """
+
+    nodes: tuple[str, ...]
+    losses: tuple[str, ...]
+    works: tuple[str, ...]
+    tank_flows: tuple[str, ...]
+
+    @property
+    def names(self) -> Audited:
+        """These alone, without what they are of, which cannot go to another process."""
+        return Audited(nodes=self.nodes, losses=self.losses, works=self.works, tank_flows=self.tank_flows)
+
+
 @dataclass(frozen=True)
-class CircuitModel:
+class CircuitModel(Audited):
     """A circuit as an equation, with the values of its parameters and what its audit needs.
 
     Attributes:
         ode: the equation. Its integrals are `energy.*` [J] and `volume.*` [m3].
         values: the parameters' values, in the order of `ode.parameters`; the oil's temperature is among them.
-        losses, works: names of the energies that leave through losses and as work.
         commands: parts that are commanded; the command is the parameter `name.command`.
     """
 
     ode: OdeModel
     values: Array
-    nodes: tuple[str, ...]
-    losses: tuple[str, ...]
-    works: tuple[str, ...]
-    tank_flows: tuple[str, ...]
     commands: tuple[str, ...]
 
     def parameters(self, **changes: float) -> Array:
@@ -80,13 +96,13 @@ class CircuitModel:
 
 
 @dataclass(frozen=True)
-class Closed:
+class Closed(Audited):
     """A circuit whose balances are closed: everything that an equation is made of.
 
     Attributes:
         states: each with its symbol and its rate of change; integrals last.
         motor_speed, motor_acceleration: symbols of the speed that the drive is asked for, and of its slope.
-        nodes, losses, works, tank_flows, commands: as in `CircuitModel`.
+        commands: as in `CircuitModel`.
     """
 
     states: tuple[tuple[State, Scalar, Real], ...]
@@ -94,10 +110,6 @@ class Closed:
     motor_acceleration: Scalar
     parameters: Parameters
     outputs: tuple[Output, ...]
-    nodes: tuple[str, ...]
-    losses: tuple[str, ...]
-    works: tuple[str, ...]
-    tank_flows: tuple[str, ...]
     commands: tuple[str, ...]
 
 
@@ -359,9 +371,7 @@ class Circuit:
             rhs=ca.vertcat(*rates),
             outputs=closed.outputs,
         )
-        return CircuitModel(
-            ode, closed.parameters.values, closed.nodes, closed.losses, closed.works, closed.tank_flows, closed.commands
-        )
+        return CircuitModel(ode, closed.parameters.values, closed.commands, **vars(closed.names))
 
 
 def parameter_values(model: CircuitModel, oil: Oil, tank_pressure: float, parts: Sequence[Part]) -> Array:

@@ -19,7 +19,7 @@ from ramsight.errors import DescriptionError
 from ramsight.expression import Real, Scalar, Vector, scalar_symbol
 from ramsight.machine.description import Machine
 from ramsight.plant.build import build
-from ramsight.plant.circuit import Circuit, Closed
+from ramsight.plant.circuit import Audited, Circuit, Closed
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.linkage.mechanism import Mechanism, build_mechanism
 from ramsight.plant.linkage.motion import WORKS, Moving, moving
@@ -48,33 +48,18 @@ class LinkedMachine:
 
 
 @dataclass(frozen=True)
-class AuditTerms:
-    """What the audit of one unit needs; names are without the unit's.
-
-    Attributes:
-        nodes: that are volumes.
-        losses, works, tank_flows: names of energies and of flows from the tank.
-    """
-
-    nodes: tuple[str, ...]
-    losses: tuple[str, ...]
-    works: tuple[str, ...]
-    tank_flows: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class LinkedModel:
     """A linked machine as an equation.
 
     Attributes:
         ode: the equation; its inputs are each unit's `motor_speed`, the payload [kg] and the force on the tip [N].
         values: the parameters' values; `UNIT.oil_temperature` are among them.
-        audit_terms: what the audit needs, by unit.
+        audit_terms: what the audit needs, by unit; names are without the unit's.
     """
 
     ode: OdeModel
     values: Array
-    audit_terms: dict[str, AuditTerms]
+    audit_terms: dict[str, Audited]
 
 
 def build_linked(machine: Machine) -> LinkedMachine:
@@ -142,8 +127,7 @@ def linked_model(machine: LinkedMachine, *, audited: bool = False) -> LinkedMode
         outputs=(*mechanism.outputs, *outputs),
     )
     values = np.concatenate([parameters.values, *(one.parameters.values for one in closed.values())])
-    terms = {name: AuditTerms(one.nodes, one.losses, one.works, one.tank_flows) for name, one in closed.items()}
-    return LinkedModel(ode, values, terms)
+    return LinkedModel(ode, values, {name: one.names for name, one in closed.items()})
 
 
 def _guided(circuit: Circuit, unit: HydraulicUnit, position: Scalar, velocity: Scalar, audited: bool) -> Real:

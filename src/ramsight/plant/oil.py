@@ -11,24 +11,10 @@ from ramsight.expression import Real, Scalar
 from ramsight.machine.viscosity import MM2, OFFSET, T40, T100, walther_constants
 
 __all__ = [
-    "ATMOSPHERE",
-    "DRY",
-    "MINERAL_EXPANSION",
-    "T15",
-    "T40",
-    "T100",
-    "Oil",
-    "aerated_bulk_modulus",
-    "free_air",
-    "held_share",
-    "kinematic_viscosity",
-    "pressure_viscosity_factor",
-    "thermal_density",
-    "torn_capacity",
-    "torn_volume",
-    "trapped_expansion",
-    "walther_constants",
-]
+    "ATMOSPHERE", "DRY", "MINERAL_EXPANSION", "T15", "T40", "T100", "Oil", "aerated_bulk_modulus", "free_air",
+    "held_share", "kinematic_viscosity", "pressure_viscosity_factor", "thermal_density", "torn_capacity",
+    "torn_volume", "trapped_expansion", "walther_constants",
+]  # fmt: skip
 
 T15 = 288.15  # K, the temperature at which they give density
 ATMOSPHERE = 101325.0

@@ -7,12 +7,9 @@ from dataclasses import dataclass
 from ramsight.units import FREEZING
 
 FAULTS = {
-    "temperature": "temperature lost",
-    "torque": "torque frozen",
-    "speed": "speed reads 3 % too much",
-    "power": "power cut",
-    "obstacle": "an obstacle, 20 mm further out",
-}
+    "temperature": "temperature lost", "torque": "torque frozen", "speed": "speed reads 3 % too much",
+    "power": "power cut", "obstacle": "an obstacle, 20 mm further out",
+}  # fmt: skip
 """Faults that can be switched on, and what they are."""
 LIE = 0.02  # m, by which a faulty limit switch is off
 SECOND = "second"

@@ -200,8 +200,7 @@ def _draw_cylinder(axes: Any, at: Instant, stroke: float, tracer: Tracer, true: 
         else f"{1e3 * at.position:.1f} ± {half:.{1 if half < 10.0 else 0}f} mm"
     )
     axes.set_title(f"{at.time:.0f} s, {at.why}: {says}; {at.status.text}", loc="left", fontsize=8)
-    axes.set_ylim(-1.0, 1.05)
-    axes.set_xlim(-0.02 * width, 1.06 * width)
+    axes.set(ylim=(-1.0, 1.05), xlim=(-0.02 * width, 1.06 * width))
     axes.set_yticks([])
     axes.xaxis.set_ticks_position("none" if not axes.get_subplotspec().is_last_row() else "bottom")
     axes.spines["bottom"].set_visible(axes.get_subplotspec().is_last_row())

@@ -62,9 +62,7 @@ def compared_figure(both: Dataset, title: str, path: str | Path) -> None:
         below.fill_between(time, -bound, bound, color=ESTIMATE, alpha=0.18, lw=0, label="the virtual one's bound")
         shown = np.concatenate([[1.0], np.abs(other - virtual)])
         reach = 1.3 * max(float(np.nanmax(shown)), float(np.median(bound)))
-        below.set_ylim(-reach, reach)
-        below.set_ylabel("difference\n[mm]")
-        below.set_xlabel("time [s]")
+        below.set(ylim=(-reach, reach), ylabel="difference\n[mm]", xlabel="time [s]")
         for axes in (above, below):
             for verdict, colour in _SHADES.items():
                 there = both["verdict"].values == verdict

@@ -63,32 +63,19 @@ _SET = ("stroke", "fastest", "tolerance", "time_to_alert")
 
 @dataclass(frozen=True, kw_only=True)
 class ComparisonState:
-    """What is kept of two sensors of one position.
+    """What is kept of two sensors of one position."""
 
-    Attributes:
-        begun: whether there was a sample.
-        time: of it [s].
-        shown: whether the other sensor had a position at it.
-        other: which [m].
-        impossible: whether it did what no piston does since they last agreed.
-        apart: whether they are apart.
-        since: since when [s].
-        anchored: whether the other one stands.
-        at: where it began to [m].
-        with_it: where the virtual one was then [m].
-    """
-
-    begun: Flag = leaf("1")
-    time: Scalar = leaf("s", exact="time")
-    shown: Flag = leaf("1")
-    other: Scalar = leaf("m")
+    begun: Flag = leaf("1")  # whether there was a sample
+    time: Scalar = leaf("s", exact="time")  # of it
+    shown: Flag = leaf("1")  # whether the other sensor had a position at it
+    other: Scalar = leaf("m")  # which
     jumps: Scalar = leaf("1")
-    impossible: Flag = leaf("1")
-    apart: Flag = leaf("1")
-    since: Scalar = leaf("s", exact="time")
-    anchored: Flag = leaf("1")
-    at: Scalar = leaf("m")
-    with_it: Scalar = leaf("m")
+    impossible: Flag = leaf("1")  # whether it did what no piston does since they last agreed
+    apart: Flag = leaf("1")  # whether they are apart
+    since: Scalar = leaf("s", exact="time")  # since when
+    anchored: Flag = leaf("1")  # whether the other one stands
+    at: Scalar = leaf("m")  # where it began to
+    with_it: Scalar = leaf("m")  # where the virtual one was then
 
 
 def compare(

@@ -38,14 +38,9 @@ _SHADES = {
 _NEVER_KNOWN = "The position is never known: give --start, or a log that meets an end stop."
 _LEAST = 1e-3  # mm; smaller errors stand there on the logarithmic scale
 STYLE = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.alpha": 0.25,
-    "legend.frameon": False,
-    "svg.hashsalt": "ramsight",
-}
+    "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
+    "legend.frameon": False, "svg.hashsalt": "ramsight",
+}  # fmt: skip
 
 
 _JOURNAL = {
@@ -290,8 +285,7 @@ def draw_drive(axes: Any, log: Samples) -> None:
     axes[1].plot(log["time"].values, log["motor_torque"].values, color=TRUTH, lw=0.6)
     axes[1].set_ylabel("torque\n[N m]")
     axes[2].plot(log["time"].values, log["oil_temperature"].values - FREEZING, color=TRUTH, lw=0.6)
-    axes[2].set_ylabel("oil\n[°C]")
-    axes[2].set_xlabel("time [s]")
+    axes[2].set(ylabel="oil\n[°C]", xlabel="time [s]")
 
 
 def shade_status(axes: Any, time: Any, status: Any) -> None:

@@ -18,15 +18,6 @@ from ramsight.units.conversion import (
 )
 
 __all__ = [
-    "FREEZING",
-    "RPM",
-    "argument",
-    "as_float",
-    "format_si",
-    "is_real",
-    "name_of",
-    "parse",
-    "parse_option",
-    "si_unit",
-    "to_si",
-]
+    "FREEZING", "RPM", "argument", "as_float", "format_si", "is_real", "name_of", "parse", "parse_option",
+    "si_unit", "to_si",
+]  # fmt: skip

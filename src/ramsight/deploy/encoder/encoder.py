@@ -14,16 +14,7 @@ from ramsight.deploy.encoder.emergencies import Emergencies
 from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.listening import Listener, Sample
 from ramsight.deploy.encoder.liveness import Liveness
-from ramsight.deploy.encoder.objects import (
-    COMMUNICATION,
-    ENTRIES,
-    FORGET,
-    LEAST,
-    MOST,
-    NO_TEMPERATURE,
-    RUNNING,
-    STORED,
-)
+from ramsight.deploy.encoder.objects import COMMUNICATION, ENTRIES, FORGET, LEAST, MOST, NO_TEMPERATURE, RUNNING, STORED
 from ramsight.deploy.encoder.parameters import ParameterFile
 from ramsight.deploy.encoder.pdo import pdo_identifiers
 from ramsight.deploy.encoder.presence import Presence
@@ -49,15 +40,7 @@ from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.persistence import STARTED
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import (
-    BOUND,
-    DISPUTED,
-    IS_REFERENCED,
-    REFERENCED_NOW,
-    TIME,
-    Estimate,
-    VirtualSensor,
-)
+from ramsight.sensor.virtual_sensor import BOUND, DISPUTED, IS_REFERENCED, REFERENCED_NOW, TIME, Estimate, VirtualSensor
 
 _NMT, _SYNC = 0x000, 0x080
 _JUST_AFTER = 1e-4  # s, from the drive's last sample to a preset, whose frame may have a later stamp than the next

@@ -230,7 +230,8 @@ class Liveness:
         self._run += 1
         if self._run >= _SURE:
             self._age = max(self._age, report.sent - self._since)
-        return self._run >= _enough(self._noise, self._step, period)
+        # Of a learned period that trembles, worked out once a millisecond.
+        return self._run >= _rounded_enough(self._noise, self._step, max(round(period, 3), 1e-3))
 
     def _stops_at_once(self, report: Report, period: float) -> bool:
         """Whether speed and torque have become 0 from one report to the next, faster than a motor stops."""
@@ -260,8 +261,3 @@ class Liveness:
 @cache
 def _rounded_enough(noise: float, step: float, period: float) -> float:
     return repeats_in_a_row(noise, step, period)
-
-
-def _enough(noise: float, step: float, period: float) -> float:
-    """Repeats that are too many; of a learned period that trembles, worked out once a millisecond."""
-    return _rounded_enough(noise, step, max(round(period, 3), 1e-3))

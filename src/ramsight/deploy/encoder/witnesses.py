@@ -30,11 +30,7 @@ def witnesses(channel_map: ChannelMap) -> list[Witness]:
 
 
 _LONGEST = 1.0  # s; what takes longer tells nothing in time
-_HEARTBEAT = (
-    "heartbeat",
-    False,
-    "no map states it: write the drive's node and its time into 1016h of the encoder",
-)
+_HEARTBEAT = ("heartbeat", False, "no map states it: write the drive's node and its time into 1016h of the encoder")
 
 
 def _sequence(listener: Listener) -> Witness:

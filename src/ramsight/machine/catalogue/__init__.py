@@ -92,15 +92,12 @@ def _entries(own: tuple[tuple[Path, int], ...]) -> tuple[Entry, ...]:
     found = [read_entry(path) for folder in _FOLDERS for path in sorted((_ROOT / folder).glob("*.toml"))]
     for path, _ in own:
         entry = read_entry(path)
-        if other := next((one for one in found if _same(one, entry)), None):
+        name = (entry.kind, entry.name.casefold())
+        if other := next((one for one in found if (one.kind, one.name.casefold()) == name), None):
             where = other.path if other.is_own else "ramsight's catalogue"
             raise DescriptionError(f"is the name of an entry of {where}", file=str(path), key="name", value=entry.name)
         found.append(entry)
     return tuple(sorted(found, key=lambda entry: (entry.kind, entry.name)))
-
-
-def _same(one: Entry, other: Entry) -> bool:
-    return (one.kind, one.name.casefold()) == (other.kind, other.name.casefold())
 
 
 def read_entry(path: Path) -> Entry:

@@ -5,14 +5,6 @@ from ramsight.plant.linkage.motion import motion
 from ramsight.plant.linkage.survey import angles, holding_forces, joints, points, positions, potential, tip
 
 __all__ = [
-    "Mechanism",
-    "angles",
-    "build_mechanism",
-    "holding_forces",
-    "joints",
-    "motion",
-    "points",
-    "positions",
-    "potential",
-    "tip",
-]
+    "Mechanism", "angles", "build_mechanism", "holding_forces", "joints", "motion", "points", "positions",
+    "potential", "tip",
+]  # fmt: skip

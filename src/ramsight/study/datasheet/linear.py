@@ -164,7 +164,8 @@ def _otherwise(bench: Bench, nominal: Nominal, name: str, value: float, centres:
         return _Side(replace(run, start=min(max(start, 0.0), run.stroke)), bench.virtual)
     if name in REPORTED:
         return _Side(_otherwise_reported(run, {**centres, name: value}, nominal.seed), bench.virtual)
-    return _Side(run, _assuming(bench, {**_centred(centres), name: value}), -1.0)
+    of_machine = {one: at for one, at in centres.items() if one not in (*REPORTED, *OUTSIDE, "start")}
+    return _Side(run, _assuming(bench, {**of_machine, name: value}), -1.0)
 
 
 def _positions(sides: list[_Side], moments: Array) -> list[Array]:
@@ -174,11 +175,6 @@ def _positions(sides: list[_Side], moments: Array) -> list[Array]:
         position = np.where(track.status < UNUSABLE, track.position, np.nan)
         found.append(side.sign * position[np.clip(np.searchsorted(track.time, moments), 0, len(position) - 1)])
     return found
-
-
-def _centred(centres: dict[str, float]) -> dict[str, float]:
-    """Of the centres those that a machine has, not its drive."""
-    return {name: value for name, value in centres.items() if name not in (*REPORTED, *OUTSIDE, "start")}
 
 
 def _otherwise_reported(run: Run, values: dict[str, float], seed: int) -> Run:

@@ -87,8 +87,7 @@ def _errors(done: Dataset) -> Figure:
     axes.set(xscale="log", yscale="log", xlim=(1e-2, 1e3), ylim=(1e-3, 110.0))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.set_xlabel("magnitude of the error [mm]")
-    axes.set_ylabel("share of the time [%]")
+    axes.set(xlabel="magnitude of the error [mm]", ylabel="share of the time [%]")
     axes.legend(loc="lower left")
     return figure
 
@@ -103,8 +102,7 @@ def _machines(done: Dataset) -> Figure:
             axes.plot(share, p95, color=colour, lw=1.6, ls="-" if k <= TAUGHT else "--", label=GROUPS[k])
     axes.set(yscale="log", xlim=(0.0, 100.0))
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.set_xlabel("share of the machines [%]")
-    axes.set_ylabel("their 95 % error is within [mm]")
+    axes.set(xlabel="share of the machines [%]", ylabel="their 95 % error is within [mm]")
     axes.legend(loc="upper left")
     return figure
 
@@ -123,9 +121,7 @@ def _places(done: Dataset) -> Figure:
             axes.fill_between(place[held], low, high, color=colour, alpha=0.18, lw=0)
             axes.plot(place[held], middle, color=colour, lw=1.6, marker="o", ms=3, label=word)
     axes.axhline(0.0, color=TRUTH, lw=0.6)
-    axes.set_xlabel("place on the stroke [%]")
-    axes.set_ylabel("mean error [mm]")
-    axes.set_xlim(0.0, 100.0)
+    axes.set(xlabel="place on the stroke [%]", ylabel="mean error [mm]", xlim=(0.0, 100.0))
     axes.legend(loc="best", ncols=2)
     return figure
 
@@ -138,9 +134,7 @@ def _ageing(done: Dataset) -> Figure:
     square = 1e3 * np.sqrt(ageing[held, 2] / ageing[held, 0])
     axes.plot(age[held], square, color=ESTIMATE, lw=1.6, marker="o", ms=3, label="root of the mean square")
     axes.plot(age[held], mean, color=TRUTH, lw=1.6, marker="o", ms=3, label="mean magnitude")
-    axes.set(ylim=(0.0, None), xlim=(0.0, None))
-    axes.set_xlabel("time since the last reference [s]")
-    axes.set_ylabel("error [mm]")
+    axes.set(ylim=(0.0, None), xlim=(0.0, None), xlabel="time since the last reference [s]", ylabel="error [mm]")
     axes.legend(loc="best")
     return figure
 
@@ -150,9 +144,7 @@ def _first(done: Dataset) -> Figure:
     first = done["first_position"].values
     known = np.sort(first[np.isfinite(first)])
     axes.step(known, 100.0 * np.arange(1, len(known) + 1) / len(first), where="post", color=ESTIMATE, lw=1.6)
-    axes.set(ylim=(0.0, 102.0), xlim=(0.0, None))
-    axes.set_xlabel("time since power-up [s]")
-    axes.set_ylabel("share of the machines [%]")
+    axes.set(ylim=(0.0, 102.0), xlim=(0.0, None), xlabel="time since power-up [s]", ylabel="share of the machines [%]")
     return figure
 
 

@@ -91,17 +91,14 @@ MEASURES = (
     Measure(
         "the data sheet identified from a day with a measured position (ramsight identify)",
         {
-            "leakage": "± 4 % normal",
-            "displacement": "± 0.1 % normal",
-            "stiffness": "± 10 % normal",
-            "pump_friction": "± 5 % normal",
-            "friction": "± 10 % normal",
+            "leakage": "± 4 % normal", "displacement": "± 0.1 % normal", "stiffness": "± 10 % normal",
+            "pump_friction": "± 5 % normal", "friction": "± 10 % normal",
         },
     ),
     Measure("relief valves set with a gauge", {"relief": "± 1 % normal"}),
     Measure("a thermometer in the pump's line", {"thermometer_offset": "± 0.5 K", "thermometer_lag": "5 s ± 5 s"}),
     Measure("the drive's torque calibrated", {"torque_gain": "± 0.6 % normal", "torque_offset": "± 0.1 % normal"}),
-)
+)  # fmt: skip
 """What is looked at. The tolerances that are left are usual ones [G]."""
 
 

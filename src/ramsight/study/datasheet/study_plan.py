@@ -150,13 +150,10 @@ def plan(
         text = "a data sheet is of a unit without its mechanism: leave the sensor of its angle out"
         raise DescriptionError(text, key=f"units.{unit}.assumptions.link_angle.std", value=angle, allowed="0")
     alone = machine.model_copy(update={"units": {unit: machine.unit(unit)}, "linkage": None})
-    made = Plan("\n".join(as_toml(alone, {})), unit, work, sensor, quantities, _pairs(pairs), seed, method, count)
+    correlated = tuple(sorted((pair, float(value)) for pair, value in pairs.items()))
+    made = Plan("\n".join(as_toml(alone, {})), unit, work, sensor, quantities, correlated, seed, method, count)
     _ = made._correlation  # refused here if it is none
     return made
-
-
-def _pairs(correlations: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
-    return tuple(sorted((pair, float(value)) for pair, value in correlations.items()))
 
 
 def _content(work: Work) -> str:
