@@ -273,8 +273,8 @@ def test_oil_that_passed_a_valve_takes_the_piston_no_farther_than_a_little_beyon
     for _ in range(20):
         said = bank.go(travel=0.1 * way, passes=1.0)
     beyond = way * (said["position"] - 0.5 * STROKE) - 0.5 * STROKE
-    std = bank.matrix("described")[POSITION, POSITION] ** 0.5
-    assert beyond == pytest.approx(4.0 * std + 5e-3 * STROKE, rel=1e-3)
+    place = bank.matrix("described")[POSITION, POSITION] + Assumptions().stops.std ** 2 * STROKE**2
+    assert beyond == pytest.approx(4.0 * place**0.5 + 5e-3 * STROKE, rel=1e-3)
     assert bank.go(travel=-0.1 * way)["position"] == pytest.approx(said["position"] - 0.1 * way), "and it comes back"
 
 
@@ -503,14 +503,14 @@ def test_a_persistent_error_grows_beside_what_is_uncertain_for_another_reason():
 
 
 def test_a_position_that_went_wrong_may_be_so_by_a_leakage_that_has_grown(bank):
-    """After a reference that is sure *wrong* begins again: with no position, and a leakage as before any reference."""
+    """After a reference that is sure *unknown position* begins again: no position, and it may leak otherwise."""
     bank.begin(0.3, std=1e-3)
     for _ in range(8):
         bank.go(travel_by_0=-0.1)
         bank.go(place=bank.value("position"), **REFERENCE)
-    leak = Assumptions().machine.leak
-    assert bank.matrix("described")[1, 1] < (0.1 * leak) ** 2
-    assert bank.matrix("unknown_position")[1, 1] == pytest.approx(leak**2, rel=0.1)
+    machine = Assumptions().machine
+    assert bank.matrix("described")[1, 1] < (0.1 * machine.leak) ** 2
+    assert bank.matrix("unknown_position")[1, 1] == pytest.approx(machine.other_leak**2, rel=0.1)
 
 
 def test_the_total_is_the_variance_of_the_mixture(bank):

@@ -26,7 +26,7 @@ from ramsight.sensor.circuit.load import LoadState
 from ramsight.sensor.circuit.load_release import Release, UnheldState, release_load
 from ramsight.sensor.circuit.pressures import MeasuredPressures, PressureState
 from ramsight.sensor.circuit.relief import passed_share
-from ramsight.sensor.circuit.rest import UnseenLoadState, creep, unseen_load
+from ramsight.sensor.circuit.rest import UnseenLoadState, creep, load_std, unseen_load
 from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case, with_case
 from ramsight.sensor.inputs.intake import IntakeState, TemperatureState, TorqueState, check_inputs
 from ramsight.sensor.inputs.magnets import MagnetState, correct_torque
@@ -871,6 +871,39 @@ def test_a_load_counts_as_seen_once_a_valve_had_time_to_open():
 def test_no_load_is_further_than_relief_valves_carry():
     _, found = unseen_load(UnseenLoadState(), sample(), step_of(give_alone=1e-7), ca.SX(0.0), ca.SX(1e4), ca.SX(2e4))
     assert value(found.most) == pytest.approx(1e-7 * 2e4)
+
+
+def test_a_load_that_is_hidden_becomes_older_and_one_that_shakes_is_known_worse():
+    shown, hidden = step_of(shows=1.0, value=2e4), step_of(shows=0.0, value=2e4)
+    state = UnseenLoadState(shown_for=ca.SX(1.0), load=ca.SX(1e4), was_seen=ca.SX(1.0))
+    seen, _ = unseen_load(state, sample(motor_speed=50.0), shown, ca.SX(0.0), ca.SX(5e3), ca.SX(1e6))
+    assert value(seen.hidden_for) == 0.0
+    assert value(seen.shakes) == pytest.approx(0.02 * 1e4**2), "a sample of a second"
+    after, _ = unseen_load(seen, sample(motor_speed=0.0), hidden, ca.SX(0.0), ca.SX(5e3), ca.SX(1e6))
+    assert value(after.hidden_for) == pytest.approx(0.02)
+    assert value(after.shakes) == value(seen.shakes), "nothing shows it"
+
+
+@pytest.mark.parametrize(
+    ("term", "state", "std", "load"),
+    [
+        ("observer", {}, 3e3, 0.0),
+        ("gain", {}, 0.0, 2e5),
+        ("shakes", {"shakes": 4e6}, 0.0, 0.0),
+        ("change", {"hidden_for": 0.02, "changes": 3.0}, 0.0, 0.0),
+    ],
+)
+def test_the_deviation_of_a_load_is_the_root_of_a_sum_of_squares(term, state, std, load):
+    """Each term alone, over those that are always there: the torque's offset and the cylinder's friction."""
+    drive = SimpleNamespace(torque_gain=0.04)
+    model = SimpleNamespace(
+        assumed=SimpleNamespace(drive=drive), relief_load=1e5, of_circuit={"cylinder.coulomb_friction": 800.0}.get
+    )
+    always = (by.TORQUE_OFFSET * 1e5) ** 2 + (by.BETWEEN_STD * 800.0) ** 2
+    alone = {"observer": 3e3, "gain": 0.05 * 2e5, "shakes": 1e3, "change": 2.0 * 5e3}[term]
+    known = UnseenLoadState(**{name: ca.SX(one) for name, one in state.items()})
+    found = value(load_std(known, step_of(std=std, value=load), ca.SX(5e3), model))
+    assert found == pytest.approx(math.sqrt(always + alone**2)), term
 
 
 # Link angle: 2 m a radian, 1 mrad of error, 0.1 s of vibration
