@@ -84,6 +84,7 @@ bench: $(INSTALLED)
 study: $(INSTALLED)
 	$(BIN)/python evaluation/run.py --out results/study.json
 	$(BIN)/python evaluation/bounds.py --out results/study.json
+	$(BIN)/python evaluation/history_study.py --out results/history.json
 	$(BIN)/python evaluation/pages.py
 	$(BIN)/python evaluation/expected.py
 

@@ -35,6 +35,7 @@ MODULES = [
     "sleeping",
     "rates",
     "growing",
+    "histories",
     "long_day",
     "soak",
     "many_rows",

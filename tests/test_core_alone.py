@@ -21,7 +21,7 @@ EXTRAS = PROJECT["optional-dependencies"]
 ABSENT = (
     "PIL", "SALib", "asammdf", "asyncua", "can", "canopen", "cantools", "dask", "distributed", "fmpy", "h5netcdf",
     "h5py", "matplotlib", "mcap", "msgpack", "nicegui", "nptdms", "openpyxl", "pandas", "pint", "pyarrow",
-    "scipy", "tomlkit", "xarray", "zarr",
+    "psycopg", "scipy", "sqlalchemy", "tomlkit", "xarray", "zarr",
 )  # fmt: skip
 """Packages of extras, and what these bring."""
 DAY = TRACES / "boom_asbuilt1_workday.csv.gz"
@@ -78,6 +78,7 @@ NEEDED = {
         ("logs", "replay", str(DAY), "--channel", "can0", "--rated-torque", "80 N m"),
     ],
     "study": [("datasheet", *BOOM, "--out", "sheet")],
+    "history": [("history", "add", "mining-loader", str(DAY), "--unit", "boom")],
     "studio": [("studio", "--no-show")],
 }  # fmt: skip
 MEASURED_MAP = """
@@ -220,6 +221,7 @@ NEEDS = {
     "can": r"^import can$|^ramsight (encoder|logs replay) ",
     "datasets": r"\bramsight\.(simulate|drive_report|read_log|track|compare)\(|^ramsight (compare|loader|paper) ",
     "figures": r"\bramsight\.plot\(|^ramsight .*--figure|^ramsight commission .*--out",
+    "history": r"^ramsight history ",
     "identify": r"^ramsight (identify|commission) |\bramsight\.(identify|commission)\(",
 }
 """Lines of a tutorial that need an extra."""

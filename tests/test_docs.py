@@ -137,6 +137,8 @@ QUOTED = {
     "keys": ("reference/description-keys", lambda script: script("description_keys").rows()),
     "rig": ("validation", lambda script: script("eha_rig_page").table(script("eha_rig_page").read())),
     "studio": ("how-to/studio", lambda script: script("studio", "benchmarks").table(found_in("studio"))),
+    "real_leak": ("how-to/history", lambda script: script("real_leak").table(found_in("real_leak"))),
+    "history": ("how-to/history", lambda script: script("history_study").table(found_in("history"))),
     "fuzzing": ("reference/fuzzing", lambda script: script("page", "fuzz").table(found_in("fuzz"))),
     "limits": ("reference/fuzzing", lambda script: script("page", "fuzz").measured(found_in("fuzz"))),
 }

@@ -22,7 +22,8 @@ SOURCE = Path(ramsight.__file__).parent
 
 STREET = [
     {"units"}, {"output"}, {"logs"}, {"machine"}, {"engine"}, {"plant"}, {"duty"}, {"sensor"}, {"hindsight"},
-    {"tracking"}, {"calibration"}, {"control"}, {"closed_loop"}, {"drawing"}, {"study"}, {"deploy"}, {"api"},
+    {"tracking"}, {"calibration"}, {"control"}, {"closed_loop"}, {"drawing"}, {"study"}, {"histories"},
+    {"deploy"}, {"api"},
     {"studio"}, {"demo"}, {"cli"}, {"__main__"},
 ]  # fmt: skip
 PLACE = {room: place for place, rooms in enumerate(STREET) for room in rooms}
@@ -51,7 +52,7 @@ ENGINE_LIBRARIES = {"numpy", "llvmlite", "casadi"}
 HEAVY = [
     "numpy", "casadi", "llvmlite", "xarray", "pint", "matplotlib", "scipy", "pandas", "pyarrow", "h5py",
     "h5netcdf", "asammdf", "mcap", "can", "canopen", "cantools", "fmpy", "zarr", "SALib", "dask", "distributed",
-    "nicegui", "asyncua",
+    "nicegui", "asyncua", "sqlalchemy", "psycopg",
 ]  # fmt: skip
 
 

@@ -28,6 +28,8 @@ def folder(tmp_path_factory):
     words = ("--duty", "leak-test", "--load", "300 kN", "--log", "leak.csv", "--truth", "true.csv", "--quiet")
     done = at_once("simulate", *BOOM, *words, cwd=found)
     assert done.returncode == 0, done.stderr
+    added = at_once("history", "add", "mining-loader", LOG, "--unit", "boom", "--store", "shown.db", cwd=found)
+    assert added.returncode == 0, added.stderr
     return found
 
 
@@ -48,6 +50,8 @@ CALLS = {
     "datasheet": (
         "datasheet", *BOOM, "--machines", "1", "--duty", "lift-lower", "--sensor", "balance", "--out", "sheet",
     ),
+    "history-show": ("history", "show", "--store", "shown.db"),
+    "history-add": ("history", "add", "mining-loader", LOG, "--unit", "boom", "--store", "scripts.db"),
     "logs-inspect": ("logs", "inspect", "leak.csv"),
 }  # fmt: skip
 SLOW = {"datasheet", "commission"}

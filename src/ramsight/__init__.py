@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ramsight.api.duties import duty_for, lift_lower
     from ramsight.api.exporting import export_c, export_fmu, export_page, export_parameters, export_ssp, export_wasm
     from ramsight.api.fmeda_tables import diagnostic_coverage, export_fmeda
+    from ramsight.api.histories import history, history_add, history_event, history_report
     from ramsight.api.live_plant import LivePlant
     from ramsight.api.machines import catalogue
     from ramsight.api.plotting import plot
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
         SimulationError,
         UnknownNameError,
     )
+    from ramsight.histories.history_store import HistoryError
     from ramsight.logs import open_log, read_log
     from ramsight.machine import load_machine
     from ramsight.plant.as_built import AsBuilt
@@ -63,12 +65,14 @@ if TYPE_CHECKING:
     from ramsight.tracking.position_errors import ComparisonError
 
 __all__ = [
-    "AsBuilt", "ComparisonError", "DescriptionError", "DriveResponse", "Duty", "Estimate", "IdentifyError",
+    "AsBuilt", "ComparisonError", "DescriptionError", "DriveResponse", "Duty", "Estimate", "HistoryError",
+    "IdentifyError",
     "LeakTestError", "LivePlant", "LogError", "LogWarning", "MissingColumnError", "MissingPackageError", "Mode",
     "NamedFault", "OutputError", "Profile", "RamsightError", "SimulationError", "StartError", "Status", "Study",
     "UnknownNameError", "__version__", "build", "casadi_model", "catalogue", "check_shared", "commission",
     "compare", "derive_tolerance", "diagnostic_coverage", "draw", "drive_report", "duty_for", "export_c",
-    "export_fmeda", "export_fmu", "export_page", "export_parameters", "export_ssp", "export_wasm", "identify",
+    "export_fmeda", "export_fmu", "export_page", "export_parameters", "export_ssp", "export_wasm", "history",
+    "history_add", "history_event", "history_report", "identify",
     "identify_values", "leak_test", "lift_lower", "load_machine", "named_faults", "open_log", "plot", "read_log",
     "sensor_for", "simulate", "simulate_many", "track",
 ]  # fmt: skip
@@ -83,6 +87,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.duties": ("duty_for", "lift_lower"),
         "api.exporting": ("export_c", "export_fmu", "export_page", "export_parameters", "export_ssp", "export_wasm"),
         "api.fmeda_tables": ("diagnostic_coverage", "export_fmeda"),
+        "api.histories": ("history", "history_add", "history_event", "history_report"),
         "api.live_plant": ("LivePlant",),
         "api.machines": ("catalogue",),
         "api.plotting": ("plot",),
@@ -100,6 +105,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
             "OutputError", "RamsightError",
             "SimulationError", "UnknownNameError",
         ),
+        "histories.history_store": ("HistoryError",),
         "logs": ("open_log", "read_log"),
         "machine": ("load_machine",),
         "plant.as_built": ("AsBuilt",),

@@ -12,7 +12,8 @@ from typing import Any
 from ramsight.errors import MissingPackageError
 
 USES = {
-    "can": "the encoder", "datasets": "a Dataset", "figures": "a figure", "identify": "an identification",
+    "can": "the encoder", "datasets": "a Dataset", "figures": "a figure", "history": "a history",
+    "identify": "an identification",
     "opcua": "an OPC UA server", "study": "a study", "studio": "the studio",
 }  # fmt: skip
 """What an extra is for, as messages begin."""
@@ -20,6 +21,7 @@ PACKAGES = {
     "can": ("canopen",),
     "datasets": ("xarray", "h5netcdf", "h5py"),
     "figures": ("matplotlib",),
+    "history": ("xarray", "sqlalchemy"),
     "identify": ("xarray", "scipy", "tomlkit"),
     "opcua": ("asyncua",),
     "study": ("xarray", "scipy", "matplotlib", "zarr"),

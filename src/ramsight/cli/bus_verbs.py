@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, named_unit, say, say_written
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, named_unit, say, say_error, say_written
 
 
 def encoder(
@@ -48,6 +48,9 @@ def encoder(
     opcua: Annotated[
         str | None, typer.Option(help="Offer it as an OPC UA server, too: '127.0.0.1:4840', or the port alone.")
     ] = None,
+    history: Annotated[
+        str | None, typer.Option(help="Keep a record of each hour, and one at the end: a store of ramsight history.")
+    ] = None,
     eds: Annotated[Path | None, typer.Option(help="Write its EDS file here first: .eds.")] = None,
 ) -> None:
     """Be a position sensor on a CANopen bus: a linear encoder of CiA 406.
@@ -76,6 +79,7 @@ def encoder(
     from ramsight.deploy.encoder.listening import drive_map
     from ramsight.deploy.encoder.opcua import OpcuaServer, address_of
     from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
+    from ramsight.histories.running_record import recorded, session_for, taking
     from ramsight.logs.channel_map import load_map
     from ramsight.tracking.comparing import LONGEST_ALERT
 
@@ -102,19 +106,27 @@ def encoder(
     described = load_machine(machine)
     built = build(described, unit)
     meanings = drive_map(drive_node, objects.split(","), rated) if channel_map is None else load_map(channel_map)
-    encoder = encoder_for(built, meanings, settings, state, aside=True)
+    session = None
+    if history is not None:
+        session = session_for(history, described, unit, built, str(serial) if serial else "")
+    encoder = encoder_for(built, meanings, settings, state, aside=True, record=taking(session))
     ready = encoder if j1939 is None else Broadcasting(encoder, message_of(j1939, j1939_period))
     if eds is not None:
         with atomic_path(eds) as draft:
             draft.write_text(eds_text(), encoding="ascii")
         say_written(eds)
     shown = None if opcua is None else OpcuaServer(encoder, unit, *address_of(opcua))
-    with open_bus(interface, channel) as bus, limited_log_lines(), until_stopped() as stop, shown or nullcontext():
+    with (
+        open_bus(interface, channel) as bus, limited_log_lines(), until_stopped() as stop, shown or nullcontext(),
+        recorded(session),
+    ):  # fmt: skip
         say(f"{channel}: node {node_id} is the position of {unit}; {ready.said}")
         if shown is not None:
             say(f"{shown.endpoint}: read only")
         serve(ready, bus, stop, each=(lambda: None) if shown is None else shown.take)
     say(f"{channel}: node {node_id} is gone; {ready.said}")
+    if session is not None and session.failure:
+        say_error(session.failure, "warning")
 
 
 def logs_replay(

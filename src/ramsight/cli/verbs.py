@@ -19,6 +19,7 @@ from ramsight.cli import (
     comparing_verbs,
     datasheet_verbs,
     exporting_verbs,
+    history_verbs,
     look_verbs,
     machine_verbs,
     simulation_verbs,
@@ -169,9 +170,11 @@ FIGURES = (
     calibration_verbs.leak_test,
     calibration_verbs.identify,
     commissioning_verbs.commission,
+    history_verbs.history_add,
+    history_verbs.history_show,
 )
 """Verbs with ``--json``: what they say are figures (docs/reference/scripts.md)."""
-GROUPS = {"catalog": "Describe", "logs": "Follow a log", "export": "Deploy"}
+GROUPS = {"catalog": "Describe", "logs": "Follow a log", "history": "Calibrate and commission", "export": "Deploy"}
 
 for verbs in SECTIONS.values():
     for verb in verbs:
@@ -188,6 +191,15 @@ offer(logs, tracking_verbs.logs_inspect, "inspect")
 offer(logs, comparing_verbs.logs_shared, "shared")
 offer(logs, bus_verbs.logs_replay, "replay")
 app.add_typer(logs, name="logs")
+
+history = group(name="history", no_args_is_help=True, help="How a machine changes over months, and a fleet of them.")
+offer(history, history_verbs.history_add, "add")
+offer(history, history_verbs.history_event, "event")
+offer(history, history_verbs.history_show, "show")
+offer(history, history_verbs.history_plot, "plot")
+offer(history, history_verbs.history_report, "report")
+offer(history, history_verbs.history_export, "export")
+app.add_typer(history, name="history")
 
 export = group(name="export", no_args_is_help=True, help="Into a control unit, a simulator and a browser.")
 offer(export, exporting_verbs.export_c, "c")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from ramsight.deploy.encoder.beside import ALERT, TOLERANCE
 from ramsight.deploy.encoder.encoder import Encoder, Settings
-from ramsight.deploy.encoder.listening import Listener
+from ramsight.deploy.encoder.listening import Listener, Sample
 from ramsight.deploy.encoder.parameters import SUFFIX, ParameterFile
 from ramsight.deploy.encoder.second_node import PERIOD
 from ramsight.deploy.encoder.state_on_disk import Persistence
@@ -24,7 +24,13 @@ HOLD, TIMEOUT = (0x2000, 0), (0x2002, 0)
 
 
 def encoder_for(
-    unit: HydraulicUnit, channel_map: ChannelMap, settings: Settings, state: Path | None = None, *, aside: bool = False
+    unit: HydraulicUnit,
+    channel_map: ChannelMap,
+    settings: Settings,
+    state: Path | None = None,
+    *,
+    aside: bool = False,
+    record: Callable[[Sample], object] = lambda sample: None,
 ) -> Encoder:
     """An encoder with a `kalman` sensor, ready to be started.
 
@@ -35,6 +41,7 @@ def encoder_for(
         state: where sensor and parameters are kept over a power loss (the latter with ``.parameters`` after the name);
             this encoder's alone, as long as it runs.
         aside: whether the state is saved by a thread of its own.
+        record: is passed each sample that the sensor takes.
 
     Raises:
         DescriptionError: the map cannot be used.
@@ -60,7 +67,7 @@ def encoder_for(
     instance = f"{unit.name}, node {settings.node_id}, serial number {settings.serial}"
     persistence = None if state is None else Persistence(state, sensor, aside=aside, instance=instance)
     parameters = None if state is None else ParameterFile(state.with_name(state.name + SUFFIX))
-    return Encoder(sensor, unit, listener, settings, persistence=persistence, parameters=parameters)
+    return Encoder(sensor, unit, listener, settings, persistence=persistence, parameters=parameters, record=record)
 
 
 def overrides(

@@ -81,6 +81,7 @@ class Encoder:
         settings: who it is.
         persistence: where the sensor's state is saved; None saves it nowhere, and the position is unknown at first.
         parameters: where 1010h stores parameters; None refuses to.
+        record: is passed each sample that the sensor takes.
 
     Every method takes the time by a clock that only runs forward [s], and returns the frames to be sent.
 
@@ -106,7 +107,9 @@ class Encoder:
         *,
         persistence: Persistence | None = None,
         parameters: ParameterFile | None = None,
+        record: Callable[[Sample], object] = lambda sample: None,
     ) -> None:
+        self._record = record
         self._sensor, self._unit, self._listener, self.settings = sensor, unit, listener, settings
         self._saving = Saving(sensor, persistence)
         self._node = Node(settings.node_id, self._read, self._check)
@@ -291,6 +294,8 @@ class Encoder:
         )
         if estimate.status is Status.TIME_FROZEN:
             return
+        if not preset:
+            self._record(sample)
         self._drive.sampled(self._now)
         self._sample, self._estimate, self._missed = sample, estimate, False
         self._beside.compare(self._now, sample, estimate, self._sensor.says(BOUND))

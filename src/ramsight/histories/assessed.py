@@ -1,0 +1,298 @@
+"""Histories assessed: a trend of each quantity with its steps, the date of its limit, causes, and what to look at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from ramsight.arrays import Array
+from ramsight.histories.cause import Suspected, suspected
+from ramsight.histories.dated import shown
+from ramsight.histories.fleet import Member, Population, population
+from ramsight.histories.followed import Followed, limited
+from ramsight.histories.forecast import Forecast, forecasts
+from ramsight.histories.history_store import Event, Kept
+from ramsight.histories.record import Record
+from ramsight.histories.steps import Explained, Step, explained
+from ramsight.histories.trend import Series
+
+HEADLINE = "leak"
+"""The quantity that says how a machine is."""
+SURE = 3.0
+"""Deviations from which a change is one."""
+_TOGETHER = 48  # series that are worked out at once
+
+
+class State(Enum):
+    """How a machine is; the value is what a reader sees."""
+
+    PASSED = "limit passed"
+    DATED = "wears"
+    CHANGED = "changed"
+    STEADY = "steady"
+    UNKNOWN = "too little known"
+
+
+@dataclass(frozen=True)
+class History:
+    """What a store has of a unit, in order of time."""
+
+    kept: Kept
+    records: Sequence[Record]
+    events: Sequence[Event]
+
+
+@dataclass(frozen=True)
+class QuantityTrend:
+    """A quantity over the records that say something of it.
+
+    Attributes:
+        followed: what it is.
+        time: of these records [s since 1970].
+        value, std: what each log alone says [1].
+        level, level_std: of the smoothed trend [1]; of a factor its logarithm.
+        now, now_std: level after the last record [1].
+        change, change_std: of the level since the first one [1].
+        steps: with places in `time`.
+        odd: records that are none of the trend's, by their files.
+        forecast: of the limit.
+    """
+
+    followed: Followed
+    time: Array
+    value: Array
+    std: Array
+    level: Array
+    level_std: Array
+    now: float
+    now_std: float
+    change: float
+    change_std: float
+    steps: tuple[Step, ...]
+    odd: tuple[str, ...]
+    forecast: Forecast
+
+    @property
+    def figures(self) -> dict[str, object]:
+        """For scripts: value and slope now [1, 1/year], the change since the first record, and the limit's date."""
+        found = self.forecast
+        return {
+            "value": self.followed.value(self.now), "level": self.now, "level_std": self.now_std,
+            "slope": found.slope, "slope_std": found.slope_std, "change": self.change, "change_std": self.change_std,
+            "limit": self.followed.limit, "limit_passed": found.probability, "limit_low": found.low,
+            "limit_date": found.middle, "limit_high": found.high, "reason": found.reason,
+            "steps": [float(self.time[one.record]) for one in self.steps if not one.is_declared], "odd": self.odd,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Assessed:
+    """A unit's history, assessed.
+
+    Attributes:
+        history: what it rests on.
+        quantities: that are known, by name.
+        causes: of what has changed since the first record, the likeliest first.
+        sisters: the population of machines that are described alike; None if there is none.
+        among: its place among them.
+    """
+
+    history: History
+    quantities: Mapping[str, QuantityTrend]
+    causes: tuple[Suspected, ...]
+    sisters: Population | None = None
+    among: Member | None = None
+
+    @property
+    def state(self) -> State:
+        """How the machine is."""
+        leak = self.quantities.get(HEADLINE)
+        if leak is None:
+            return State.UNKNOWN
+        if leak.forecast.probability > 0.5:
+            return State.PASSED
+        if leak.forecast.is_dated:
+            return State.DATED
+        if any(abs(one.change) > SURE * one.change_std for one in self.quantities.values()):
+            return State.CHANGED
+        return State.STEADY if len(leak.time) > 1 else State.UNKNOWN
+
+    @property
+    def looks(self) -> list[str]:
+        """Logs to look at, and why."""
+        said = [f"{one.file}: {one.mistake}" for one in self.history.records if one.mistake]
+        said += [f"{one.file}: {fault}" for one in self.history.records for fault in one.faults]
+        for name, one in self.quantities.items():
+            said += [f"{file}: its {name} is none of the trend's" for file in one.odd]
+        return said
+
+    @property
+    def date_text(self) -> str:
+        """When the leakage reaches its limit, or why no date is given."""
+        leak = self.quantities.get(HEADLINE)
+        return "no log says anything of the leakage" if leak is None else forecast_text(leak.forecast)
+
+
+def forecast_text(forecast: Forecast) -> str:
+    """A date with its interval, or why there is none."""
+    if not forecast.is_dated:
+        return forecast.reason
+    since = "now, perhaps passed already" if math.isinf(forecast.low) else shown(forecast.low)
+    return f"{shown(forecast.middle)} (90 %: {since} to {shown(forecast.high)})"
+
+
+def assessed(histories: Sequence[History], limits: Mapping[str, float] | None = None) -> list[Assessed]:
+    """Assess histories, and each among its sisters.
+
+    Args:
+        histories: of units.
+        limits: of quantities, by name, over the description's [1].
+
+    Raises:
+        DescriptionError: there is no such quantity, or the limit is none.
+    """
+    followed = limited(limits)
+    columns = [column for k, one in enumerate(histories) for column in _columns(k, one, followed)]
+    # Those of a length together: shorter ones wait for longer ones, and those with a thermometer take twice as long.
+    columns.sort(key=lambda one: (one.name == HEADLINE, len(one.time)))
+    trends: dict[int, dict[str, QuantityTrend]] = {k: {} for k in range(len(histories))}
+    for first in range(0, len(columns), _TOGETHER):
+        part = columns[first : first + _TOGETHER]
+        for column, found in zip(part, _trends(part), strict=True):
+            trends[column.history][column.name] = found
+    alone = []
+    for k, one in enumerate(histories):
+        known = {name: trends[k][name] for name in followed if name in trends[k]}
+        changes = _changes(known)
+        causes = suspected(changes, at_oil_change=_at_oil_change(one, known)) if changes else []
+        alone.append(Assessed(one, known, tuple(causes)))
+    return _with_sisters(alone)
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A quantity of one history."""
+
+    history: int
+    name: str
+    followed: Followed
+    time: Array
+    value: Array
+    std: Array
+    warm: Array
+    warm2: Array
+    jumps: Array
+    files: tuple[str, ...]
+
+
+def _columns(k: int, history: History, followed: Mapping[str, Followed]) -> Iterator[_Column]:
+    """The quantities that a history's records say something of."""
+    usable = [one for one in history.records if not one.mistake]
+    for name, what in followed.items():
+        rows, files = [], []
+        for one in usable:
+            found = one.quantities[name].evidence if name in one.quantities else None
+            if found is None or (what.is_factor and found[0] <= 0.0):
+                continue
+            warm = (one.leak_per_kelvin, one.leak_per_kelvin2) if name == HEADLINE else (0.0, 0.0)
+            if all(map(math.isfinite, warm)):
+                rows.append((one.begun, *found, *warm))
+                files.append(one.file)
+        if rows:
+            time, value, std, first, second = np.array(rows).T
+            jumps = np.zeros(len(time))
+            for event in history.events:
+                place = int(np.searchsorted(time, event.at))
+                if 0 < place < len(time):
+                    jumps[place] = 1.0
+            yield _Column(k, name, what, time, value, std, first, second, jumps, tuple(files))
+
+
+def _trends(columns: Sequence[_Column]) -> list[QuantityTrend]:
+    """Their trends, worked out at once."""
+    rows = max(len(one.time) for one in columns)
+
+    def padded(parts: list[Array], fill: float | None) -> Array:
+        """As columns of one length; the last row again where there is no filling."""
+        return np.array(
+            [np.append(one, np.full(rows - len(one), one[-1] if fill is None else fill)) for one in parts]
+        ).T
+
+    factor = [one.followed.is_factor for one in columns]
+    levels = [np.log(one.value) if log else one.value for one, log in zip(columns, factor, strict=True)]
+    stds = [one.std / one.value if log else one.std for one, log in zip(columns, factor, strict=True)]
+    series = Series(
+        padded([one.time for one in columns], None),
+        padded(levels, math.nan),
+        padded(stds, math.nan),
+        padded([one.warm for one in columns], 0.0),
+        padded([one.warm2 for one in columns], 0.0),
+        padded([one.jumps for one in columns], 0.0) > 0.0,
+    )
+    found = explained(series)
+    limits = np.array([_limit(one.followed) for one in columns])
+    ways = np.array([one.followed.way for one in columns])
+    counts = np.array([len(one.time) for one in columns])
+    spans = np.array([one.time[-1] - one.time[0] for one in columns])
+    dates = forecasts(found.trend, series.time[-1], counts, spans, limits, ways)
+    return [_one(column, found, k, date) for k, (column, date) in enumerate(zip(columns, dates, strict=True))]
+
+
+def _limit(followed: Followed) -> float:
+    return math.nan if math.isnan(followed.limit) else followed.level(followed.limit)
+
+
+def _one(column: _Column, found: Explained, k: int, date: Forecast) -> QuantityTrend:
+    trend, rows = found.trend, len(column.time)
+    mean, covariance, weight = trend.mean[:, :, k], trend.covariance[:, :, :, k], trend.weight[:, k]
+    now, now_std = _mixed(mean[0], covariance[0, 0], weight)
+    spread = covariance[0, 0] + covariance[3, 3] - 2.0 * covariance[0, 3]
+    change, change_std = _mixed(mean[0] - mean[3], spread, weight)
+    return QuantityTrend(
+        column.followed, column.time, column.value, column.std, trend.level[:rows, k], trend.level_std[:rows, k],
+        now, now_std, change, change_std, found.steps[k], tuple(column.files[row] for row in found.odd[k]), date,
+    )  # fmt: skip
+
+
+def _mixed(mean: Array, variance: Array, weight: Array) -> tuple[float, float]:
+    """Mean and standard deviation over all kinds of trends."""
+    middle = float(weight @ mean)
+    return middle, math.sqrt(max(float(weight @ (variance + (mean - middle) ** 2)), 0.0))
+
+
+def _changes(known: Mapping[str, QuantityTrend]) -> dict[str, tuple[float, float]]:
+    return {name: (one.change, one.change_std) for name, one in known.items() if len(one.time) > 1}
+
+
+def _at_oil_change(history: History, known: Mapping[str, QuantityTrend]) -> bool:
+    """Whether most of the leakage's change came with an oil change."""
+    leak = known.get(HEADLINE)
+    if leak is None:
+        return False
+    stepped = 0.0
+    for event in history.events:
+        place = int(np.searchsorted(leak.time, event.at))
+        if event.kind == "oil change" and 0 < place < len(leak.time):
+            stepped += float(leak.level[place] - leak.level[place - 1])
+    return stepped * leak.change > 0.5 * leak.change**2 > 0.0
+
+
+def _with_sisters(alone: list[Assessed]) -> list[Assessed]:
+    """Each among the machines that are described alike, by the level of their leakage."""
+    groups: dict[str, list[int]] = {}
+    for k, one in enumerate(alone):
+        if HEADLINE in one.quantities:
+            groups.setdefault(f"{one.history.kept.digest} {one.history.kept.key.unit}", []).append(k)
+    found = list(alone)
+    for members in groups.values():
+        if len(members) > 1:
+            leaks = [alone[k].quantities[HEADLINE] for k in members]
+            together = population([one.now for one in leaks], [one.now_std for one in leaks])
+            for k, member in zip(members, together.members, strict=True):
+                one = alone[k]
+                found[k] = Assessed(one.history, one.quantities, one.causes, together, member)
+    return found
