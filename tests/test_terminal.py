@@ -65,6 +65,12 @@ VERBS = {
     "logs inspect": "{columns}; {log} --map {map}; {log} --dbc {columns}; {none}",
     "logs shared": "{columns} {log}",
     "logs replay": "{columns} --channel {log} --rated-torque 80Nm",
+    "history add": "{machine} {log} --store {none}; mining-loader {columns} --unit boom --store {none}",
+    "history event": "{log} repair {log} --store {log} --unit boom; boom {log} 2026-03-01 --store {none} --unit {log}",
+    "history show": "{log} --store {log}; {log} --store {none}",
+    "history plot": "{log} --store {log} --out {folder}",
+    "history report": "{log} --store {log} --out {folder}",
+    "history export": "--store {columns} --out {folder}",
     "export c": "{machine} --out {folder}",
     "export fmu": "{machine} --out {folder}",
     "export ssp": "{machine} --out {folder}",
@@ -84,7 +90,7 @@ def verbs():
 
 
 def test_every_verb_is_tried():
-    assert {*verbs()} - {"logs", "export"} == {*VERBS}
+    assert {*verbs()} - {"logs", "export", "history"} == {*VERBS}
 
 
 @pytest.mark.parametrize("verb", VERBS)
