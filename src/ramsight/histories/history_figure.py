@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ def history_figure(one: Assessed, path: str | Path) -> None:
     """
     with needing("figures"):
         import matplotlib as mpl
+        from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
         from matplotlib.figure import Figure
 
     drawn = [trend for trend in one.quantities.values() if len(trend.time) >= _LEAST] or list(one.quantities.values())
@@ -34,6 +36,10 @@ def history_figure(one: Assessed, path: str | Path) -> None:
         axes = figure.subplots(max(len(drawn), 1), 1, sharex=True, squeeze=False)[:, 0]
         for place, trend in zip(axes, drawn, strict=False):
             _draw(place, trend, one)
+        dates = AutoDateLocator(maxticks=9)  # type: ignore[no-untyped-call]
+        axes[-1].xaxis.set_major_locator(dates)
+        axes[-1].xaxis.set_major_formatter(ConciseDateFormatter(dates))  # type: ignore[no-untyped-call]
+        axes[-1].set_xlabel("date (UTC)")
         legend_above(axes[0], ncols=4)
         title = f"{one.history.kept.key.text}: {one.state.value}"
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left", fontsize=9, fontweight="bold")
@@ -54,4 +60,4 @@ def _draw(axes: Any, trend: QuantityTrend, one: Assessed) -> None:
     for step in trend.steps:
         if not step.is_declared:
             axes.axvline(when[step.record], color=UNCERTAIN, lw=1.2, label="step found")
-    axes.set_ylabel(trend.followed.words.replace(" of ", "\nof ", 1).replace(": ", ":\n"), fontsize=8)
+    axes.set_ylabel(textwrap.fill(f"{trend.followed.words} [1]", 24), fontsize=8)
