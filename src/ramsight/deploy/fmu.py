@@ -101,7 +101,7 @@ def write_fmu(
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     done = write_fmu(machine.load_machine("mining-loader"), "boom", f"{folder}/boom.fmu", compiler="")
         ...     done.path.name, done.variables, done.binaries
-        ('boom.fmu', 34, ())
+        ('boom.fmu', 36, ())
     """
     target = Path(out)
     check_target(target, (".fmu",))
