@@ -32,7 +32,8 @@ ONLY_PARSED = {
 ASKS_FOR = {
     "log.csv.gz": "boom_asbuilt1_leaktest.csv.gz", "position.csv": "boom_asbuilt1_leaktest_truth.csv.gz",
     "truth.csv.gz": "boom_441kN_40C_truth.csv.gz", "day.csv.gz": "boom_asbuilt1_workday.csv.gz",
-    "another-day.csv.gz": "boom_441kN_40C.csv.gz",
+    "another-day.csv.gz": "boom_441kN_40C.csv.gz", "logs/boom_2026-02-01.csv.gz": "boom_441kN_40C.csv.gz",
+    "logs/boom_2026-03-08.csv.gz": "boom_asbuilt1_leaktest.csv.gz",
 }  # fmt: skip
 """Files that a page takes for granted: the reader's own."""
 MAKES_ITS_MACHINE = ("docs/reference/commands.md",)
@@ -57,6 +58,7 @@ def commands(block):
 def folder(tmp_path, monkeypatch):
     def prepared(page):
         (tmp_path / "tests").symlink_to(ROOT / "tests")
+        (tmp_path / "logs").mkdir()
         asked = ASKS_FOR | OF_DAYS.get(page, {})
         for name, trace in asked.items():
             if name.endswith(".gz"):
