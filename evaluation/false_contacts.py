@@ -15,10 +15,9 @@ from typing import Any
 
 import numpy as np
 import xarray
-from work_days import LOADS, data_sheets
+from work_days import LOADS, data_sheets, drawn_machine, passes_relief, reported
 
-from ramsight.duty import report, simulate
-from ramsight.duty.drive_report import declared_report
+from ramsight.duty import simulate
 from ramsight.duty.loader_work import loader_work
 from ramsight.duty.profile import Duty
 from ramsight.duty.work_day import work_day
@@ -26,7 +25,6 @@ from ramsight.hindsight.forward import gone_through, silent
 from ramsight.hindsight.innovations import Innovation
 from ramsight.hindsight.trace import Tracer
 from ramsight.intervals import true_intervals
-from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import DdhUnit
 from ramsight.sensor.virtual_sensor import log_inputs
 
@@ -36,7 +34,6 @@ HOURS = 50
 KINDS = ("loader", "steady")
 AT_END = 0.01  # share of the stroke
 PRESSED = 0.06  # s at the setting, from when on an end counts as pressed
-_PASSES = 1e-7  # m3/s
 _STARTS = 1.0  # rad/s, of a motor that turns
 
 
@@ -48,14 +45,14 @@ class Found:
         hours: of work.
         false: measurements where no end is that the likeliest hypothesis accepted.
         refused: those that it did not accept.
-        pressed: visits to ends that were pressed to the setting, how long they went on [s].
+        pressed: visits to ends that were pressed to the setting.
         delays: of those that were found, after the setting was reached [s].
     """
 
     hours: float = 0.0
     false: int = 0
     refused: int = 0
-    pressed: list[float] = field(default_factory=list)
+    pressed: int = 0
     delays: list[float] = field(default_factory=list)
 
     def figures(self) -> dict[str, float]:
@@ -64,8 +61,8 @@ class Found:
         if not self.pressed:
             return counts
         return counts | {
-            "ends_pressed": len(self.pressed),
-            "ends_found": len(self.delays) / len(self.pressed),
+            "ends_pressed": self.pressed,
+            "ends_found": len(self.delays) / self.pressed,
             "delay_median_s": float(np.median(self.delays)),
             "delay_p95_s": float(np.percentile(self.delays, 95.0)),
         }
@@ -80,17 +77,9 @@ def worked(unit: DdhUnit, kind: str, seed: int) -> tuple[xarray.Dataset, xarray.
         seed: the same one gives the same hour.
     """
     random = np.random.default_rng([seed, sorted(LOADS).index(unit.name), kind == "loader"])
-    built = AsBuilt(
-        leak=random.uniform(0.75, 1.25),
-        displacement=random.uniform(0.995, 1.005),
-        stiffness=random.uniform(0.6, 1.4),
-        friction=random.uniform(0.6, 1.4),
-    )
+    built = drawn_machine(random)
     run = simulate(built.apply(unit), _duty(unit, kind, float(random.uniform(298.15, 328.15)), seed))
-    log = report(run, declared_report(unit, seed))
-    log["motor_torque"] *= random.uniform(0.97, 1.03)
-    log["oil_temperature"] += random.uniform(-3.0, 3.0)
-    return run, log
+    return run, reported(run, unit, seed, random)
 
 
 def _duty(unit: DdhUnit, kind: str, warmth: float, seed: int) -> Duty:
@@ -107,13 +96,13 @@ def visits(run: xarray.Dataset, stroke: float) -> list[tuple[float, float, float
         Of each: when it begins and ends, and when the setting is reached [s].
     """
     time, position = run["time"].values, run["position"].values
-    opens = (run["relief_a_flow"].values > _PASSES) | (run["relief_b_flow"].values > _PASSES)
-    turns = np.abs(run["motor_speed"].values) > _STARTS
+    opens = passes_relief(run) & (np.abs(run["motor_speed"].values) > _STARTS)
     near = np.minimum(position, stroke - position) < AT_END * stroke
     found = []
     for first, after in true_intervals(near):
-        pressed = near[first:after] & opens[first:after] & turns[first:after]
-        long = [(a, b) for a, b in true_intervals(pressed) if time[first + b - 1] - time[first + a] >= PRESSED]
+        long = [
+            (a, b) for a, b in true_intervals(opens[first:after]) if time[first + b - 1] - time[first + a] >= PRESSED
+        ]
         if long:
             found.append((float(time[first]), float(time[after - 1]), float(time[first + long[0][0]])))
     return found
@@ -130,7 +119,7 @@ def judge(found: Found, run: xarray.Dataset, measured: list[Innovation], stroke:
             found.false += one.accepted
             found.refused += not one.accepted
     for begins, ends, reached in visits(run, stroke):
-        found.pressed.append(ends - reached)
+        found.pressed += 1
         first = next((one.time for one in taken if begins <= one.time <= ends + 1.0), None)
         if first is not None:
             found.delays.append(max(first - reached, 0.0))

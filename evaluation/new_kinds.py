@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 import xarray
 from judged_errors import Judged, judge
-from real_machine import cushions
-from work_days import LOADS
+from real_machine import LITRE_A_MINUTE, cushions
+from work_days import LOADS, drawn_machine, reported
 
 from ramsight import machine
-from ramsight.duty import report, simulate
-from ramsight.duty.drive_report import declared_report
+from ramsight.duty import simulate
 from ramsight.duty.profile import Duty, Profile
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
@@ -30,7 +29,6 @@ DAYS = 25
 """Of each kind; boom and bucket take turns."""
 DURATION = 600.0  # s
 BAND, WRONG = 0.93, 2e-3  # of a day that is as honest as stated
-_LITRE_A_MINUTE = 1e-3 / 60.0
 Random = np.random.Generator
 Change = Callable[[Duty, Random], Duty]
 
@@ -106,7 +104,7 @@ KINDS = {
     "burst": Kind("pumps that leak 1.5 to 3 times as much from some moment on", bursts=True),
     "cushion": Kind(
         "cushions of 30 mm",
-        machine=lambda described, random: cushions(0.03, random.uniform(25.0, 60.0) * _LITRE_A_MINUTE),
+        machine=lambda described, random: cushions(0.03, random.uniform(25.0, 60.0) * LITRE_A_MINUTE),
     ),
     "early_relief": Kind(
         "relief valves that open up to 7 % early", built=lambda random: {"relief": random.uniform(0.93, 1.0)}
@@ -147,18 +145,10 @@ def day(kind: Kind, unit: str, seed: int) -> Judged:
     random = np.random.default_rng([seed, list(KINDS.values()).index(kind)])
     loader = machine.load_machine("mining-loader").unit(unit)
     sheet, real = build(loader, unit), build(loader.replace(dict(kind.machine(loader, random))), unit)
-    factors = {
-        "leak": random.uniform(0.75, 1.25),
-        "displacement": random.uniform(0.995, 1.005),
-        "stiffness": random.uniform(0.6, 1.4),
-        "friction": random.uniform(0.6, 1.4),
-    }
-    built = AsBuilt(**factors | kind.built(random))
+    built = replace(drawn_machine(random), **kind.built(random))
     duty = kind.work(work_day(real, LOADS[unit], random.uniform(298.15, 328.15), duration=DURATION, seed=seed), random)
     run = _burst(built, real, duty, random) if kind.bursts else simulate(built.apply(real), duty)
-    log = report(run, declared_report(sheet, seed))
-    log["motor_torque"] *= random.uniform(0.97, 1.03)
-    log["oil_temperature"] += random.uniform(-3.0, 3.0)
+    log = reported(run, sheet, seed, random)
     sensor = kalman(sheet)
     sensor.start(None)
     track = sensor.track(log)

@@ -133,7 +133,7 @@ def _heat(case: float = 1.0, to_tank: float = 1.0) -> dict[str, float]:
 _WARMER = {"assumptions.thermometer.offset": COLDER}
 """That the oil in the pumps is warmer or colder than reported, and nobody knows by how much."""
 
-_LITRE_A_MINUTE = 1e-3 / 60.0
+LITRE_A_MINUTE = 1e-3 / 60.0
 
 EFFECTS: dict[str, Effect] = {
     "none": Effect("none: the data sheet"),
@@ -141,8 +141,8 @@ EFFECTS: dict[str, Effect] = {
     "warming": Effect("oil warms by 35 K, thermometer 30 to 90 s late", reported=_late_thermometer, warms=True),
     "relief": Effect(
         "relief valve ± 7 %, pilot leaks 1 l/min, loads up to 94 % of it",
-        {"relief_valve.pilot_leakage": _LITRE_A_MINUTE},
-        lambda random: {"relief": random.uniform(0.93, 1.07), "relief_valve.pilot_leakage": _LITRE_A_MINUTE},
+        {"relief_valve.pilot_leakage": LITRE_A_MINUTE},
+        lambda random: {"relief": random.uniform(0.93, 1.07), "relief_valve.pilot_leakage": LITRE_A_MINUTE},
         loads=HEAVY,
     ),
     "magnets": Effect("magnets warm up: 5 to 8 % of the torque", reported=_magnets),
@@ -153,8 +153,8 @@ EFFECTS: dict[str, Effect] = {
     ),
     "closed_valves": Effect(
         "closed valves leak 0.3 to 10 ml/min",
-        {"safety_valve.closed_leakage": 1e-3 * _LITRE_A_MINUTE},
-        lambda random: {"safety_valve.closed_leakage": math.exp(random.uniform(-1.2, 2.3)) * 1e-3 * _LITRE_A_MINUTE},
+        {"safety_valve.closed_leakage": 1e-3 * LITRE_A_MINUTE},
+        lambda random: {"safety_valve.closed_leakage": math.exp(random.uniform(-1.2, 2.3)) * 1e-3 * LITRE_A_MINUTE},
     ),
     "expansion": Effect(
         "oil that is shut in expands; it warms by 35 K",
@@ -164,8 +164,8 @@ EFFECTS: dict[str, Effect] = {
     ),
     "cushions": Effect(
         "end cushions",
-        cushions(0.03, 40.0 * _LITRE_A_MINUTE),
-        lambda random: cushions(0.03, random.uniform(25.0, 60.0) * _LITRE_A_MINUTE),
+        cushions(0.03, 40.0 * LITRE_A_MINUTE),
+        lambda random: cushions(0.03, random.uniform(25.0, 60.0) * LITRE_A_MINUTE),
     ),
     "displacement": Effect(
         "displacement ± 1.5 %", drawn=lambda random: {"displacement": 1.0 + 0.015 * float(random.choice([-1.0, 1.0]))}

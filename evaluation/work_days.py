@@ -22,6 +22,7 @@ from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import DdhUnit, build_ddh
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.tracking.position_errors import stop_visits
@@ -32,6 +33,29 @@ _PASSES = 1e-7  # m3/s
 _JUST_NOW = 50  # samples
 _GENTLE = (Status.OK, Status.REFERENCE_DUE, Status.NEAR_RELIEF, Status.TOO_UNCERTAIN)
 """What a healthy machine may be told without it being a false alarm: doubts of the position, not of an input."""
+
+
+def drawn_machine(random: np.random.Generator) -> AsBuilt:
+    """A machine within its tolerances."""
+    return AsBuilt(
+        leak=random.uniform(0.75, 1.25),
+        displacement=random.uniform(0.995, 1.005),
+        stiffness=random.uniform(0.6, 1.4),
+        friction=random.uniform(0.6, 1.4),
+    )
+
+
+def reported(run: xarray.Dataset, unit: HydraulicUnit, seed: int, random: np.random.Generator) -> xarray.Dataset:
+    """What the unit's drive reports of a run, with a torque and a temperature that are off."""
+    log = report(run, declared_report(unit, seed))
+    log["motor_torque"] *= random.uniform(0.97, 1.03)
+    log["oil_temperature"] += random.uniform(-3.0, 3.0)
+    return log
+
+
+def passes_relief(run: xarray.Dataset) -> NDArray[np.bool_]:
+    """Where oil passes a relief valve."""
+    return (run["relief_a_flow"].values > _PASSES) | (run["relief_b_flow"].values > _PASSES)
 
 
 @dataclass(frozen=True)
@@ -54,12 +78,7 @@ def data_sheets() -> dict[str, DdhUnit]:
 def drawn(unit: DdhUnit, seed: int, duration: float = 360.0, *, one_load: bool = False) -> Day:
     """A day of a machine drawn by its seed; its drive reports what the unit declares."""
     random = np.random.default_rng([seed, sorted(LOADS).index(unit.name)])
-    built = AsBuilt(
-        leak=random.uniform(0.75, 1.25),
-        displacement=random.uniform(0.995, 1.005),
-        stiffness=random.uniform(0.6, 1.4),
-        friction=random.uniform(0.6, 1.4),
-    )
+    built = drawn_machine(random)
     gain, off = random.uniform(0.97, 1.03), random.uniform(-3.0, 3.0)
     least, most = LOADS[unit.name]
     loads = (0.5 * (least + most),) * 2 if one_load else (least, most)
@@ -68,8 +87,7 @@ def drawn(unit: DdhUnit, seed: int, duration: float = 360.0, *, one_load: bool =
     log = report(run, declared_report(unit, seed))
     log["motor_torque"] *= gain
     log["oil_temperature"] += off
-    relief = (run["relief_a_flow"].values > _PASSES) | (run["relief_b_flow"].values > _PASSES)
-    return Day(unit, log, run["position"].values, relief, duty.start_position)
+    return Day(unit, log, run["position"].values, passes_relief(run), duty.start_position)
 
 
 def study(machines: int, advance: Callable[[int], object]) -> dict[str, dict[str, float]]:

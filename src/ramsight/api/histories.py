@@ -197,12 +197,9 @@ def history(
         ramsight.histories.history_store.HistoryError: none.db: there is no such file; ramsight history add makes it
     """
     check_extra("history")
-    found = histories(store, machine, unit, serial, limits)
-    if len(found) > 1:
-        raise UnknownNameError("machine", machine, [one.history.kept.key.text for one in found], str(store))
     from ramsight.histories.history_dataset import dataset_of
 
-    return dataset_of(found[0])
+    return dataset_of(history_of_one(store, machine, unit, serial, limits))
 
 
 @by_kind
@@ -263,6 +260,24 @@ def histories(
             History(one, kept.records(one.place), kept.events(one.key)) for one in chosen(kept, machine, unit, serial)
         ]
     return assessed(found, limits)
+
+
+def history_of_one(
+    store: str | Path,
+    machine: str,
+    unit: str | None = None,
+    serial: str | None = None,
+    limits: Mapping[str, float] | None = None,
+) -> Assessed:
+    """The history of the one machine that these names leave; arguments as `history_report`.
+
+    Raises:
+        UnknownNameError: there is none, or there are several.
+    """
+    found = histories(store, machine, unit, serial, limits)
+    if len(found) > 1:
+        raise UnknownNameError("machine", machine, [one.history.kept.key.text for one in found], str(store))
+    return found[0]
 
 
 def chosen(

@@ -153,16 +153,12 @@ def history_plot(
 
     Example: ramsight history plot mining-loader --unit boom --serial 4711 --out boom.png
     """
-    from ramsight.api.histories import histories
-    from ramsight.errors import UnknownNameError
+    from ramsight.api.histories import history_of_one
     from ramsight.histories.history_figure import history_figure
     from ramsight.output import check_figure
 
     check_figure(out)
-    found = histories(store, machine, unit, serial, limits_of(limit))
-    if len(found) > 1:
-        raise UnknownNameError("machine", machine, [one.history.kept.key.text for one in found], store)
-    history_figure(found[0], out)
+    history_figure(history_of_one(store, machine, unit, serial, limits_of(limit)), out)
     say_written(out)
 
 

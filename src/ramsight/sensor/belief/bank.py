@@ -289,16 +289,16 @@ class Bank:
             passed: standard deviation of the position by what may have passed a relief valve [m].
         """
         ahead = ca.if_else(way > 0.0, self.model.stroke - self.position, self.position)
-        return ca.fmax(ahead + self.together.likeliest(lambda h: self._far(h, passed)), 0.0)
+        return ca.fmax(ahead + self.together.likeliest(lambda h: self._far(h.position_std, passed)), 0.0)
 
     def _beyond(self, h: Hypothesis, end: Quantity, over: Scalar, passed: Real) -> Scalar:
         """How far a piston that seems to be so far beyond a stop is further than what that is uncertain by [m]."""
         std = ca.sqrt(h.covariance.variance({Quantity.POSITION: 1.0, end: -1.0}))
-        return ca.fmax(over - SURE_STDS * ca.fmax(std - passed, 0.0) - END_GIVES * self.model.stroke, 0.0)
+        return ca.fmax(over - self._far(std, passed), 0.0)
 
-    def _far(self, h: Hypothesis, passed: Real) -> Scalar:
+    def _far(self, std: Scalar, passed: Real) -> Scalar:
         """How far beyond an end a piston may seem to be [m]; what passed a relief valve took it nowhere."""
-        return SURE_STDS * ca.fmax(h.position_std - passed, 0.0) + END_GIVES * self.model.stroke
+        return SURE_STDS * ca.fmax(std - passed, 0.0) + END_GIVES * self.model.stroke
 
     def floored(self, leak: float) -> Bank:
         """With a leakage that is never better known than this standard deviation [1]."""
