@@ -1070,10 +1070,29 @@ def test_behind_a_proxy_with_a_prefix_every_file_is_found_and_a_process_that_sta
         process = (set(workers(server)) - before).pop()
         process.suspend()
         page.get_by_text(f"has said nothing for {STANDS:g} s").wait_for()
-        wait(page, lambda: "old" in (page.locator("#bar").get_attribute("class") or ""))
+        wait(page, lambda: "stands" in (page.locator("body").get_attribute("class") or ""))
         process.resume()
         page.get_by_text("runs", exact=True).wait_for()
-        wait(page, lambda: "old" not in (page.locator("#bar").get_attribute("class") or ""))
+        wait(page, lambda: "stands" not in (page.locator("body").get_attribute("class") or ""))
+
+
+def test_a_process_that_stands_while_another_tab_is_shown_is_told_on_the_way_back(loader, visitor):
+    address, server = loader
+    page, wrong = visitor(), []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    before = set(workers(server))
+    runs(page, f"{address}?play=none")
+    process = (set(workers(server)) - before).pop()
+    page.get_by_role("tab", name="Logs").click()
+    page.locator("#bar").wait_for(state="detached")
+    process.suspend()
+    wait(page, lambda: "stands" in (page.locator("body").get_attribute("class") or ""))
+    page.get_by_role("tab", name="Live").click()
+    page.locator("#bar .rows").wait_for()
+    assert float(page.locator("#bar .rows").evaluate("rows => getComputedStyle(rows).opacity")) == 0.5
+    process.resume()
+    wait(page, lambda: float(page.locator("#bar .rows").evaluate("rows => getComputedStyle(rows).opacity")) == 1)
+    assert wrong == []
 
 
 def test_files_of_the_server_cannot_be_read(loader):

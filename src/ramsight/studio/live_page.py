@@ -253,7 +253,8 @@ async def _follow(
         frames = session.frames()
         if session.stands is not stood and client.has_socket_connection:
             stood = not stood
-            client.run_javascript(f"document.getElementById('bar').classList.toggle('old', {json.dumps(stood)})")
+            # the page's body, since a tab that is not shown has no elements
+            client.run_javascript(f"document.body.classList.toggle('stands', {json.dumps(stood)})")
         if not frames or not client.has_socket_connection:
             await asyncio.sleep(_PAUSE)
             continue
