@@ -463,6 +463,33 @@ def test_a_dropped_log_has_the_figures_of_the_verb(page):
     page.get_by_text("truth: none", exact=True).wait_for()
 
 
+def test_of_a_track_it_is_seen_what_the_sensor_knew_at_the_pointer_and_by_keys(page):
+    page.get_by_role("tab", name="Logs").click()
+    log = TRACES / "person" / "person_boom_datasheet.csv.gz"
+    page.locator("#upload-log input[type=file]").set_input_files(log)
+    wait(page, lambda: "3 channels" in page.locator("#log-said").inner_text())
+    page.locator("#track").click()
+    hill, at = page.locator("#log-known svg"), page.locator("#log-known-at")
+    wait(page, lambda: hill.count() == 1 and "in 95 of 100 cases" in hill.get_attribute("aria-label"))
+    last = at.inner_text()
+    picture(page.locator("#log-knows"), "studio-logs-known.png")
+    track = page.locator("#track-picture .u-over")
+    middle = track.bounding_box()["height"] / 2
+    track.hover(position={"x": 3, "y": middle})
+    wait(page, lambda: "the place of the piston is unknown" in hill.get_attribute("aria-label"))
+    assert at.inner_text() != last
+    assert page.locator("#log-known-hypotheses b").count() == page.locator("#log-known-hypotheses li").count() == 5
+    handle = page.get_by_role("slider", name="instant of the log")
+    before = at.inner_text()
+    handle.focus()
+    page.keyboard.press("ArrowRight")
+    wait(page, lambda: at.inner_text() != before)
+    track.hover(position={"x": track.bounding_box()["width"] - 3, "y": middle})
+    wait(page, lambda: "in 95 of 100 cases" in hill.get_attribute("aria-label"))
+    page.locator("#upload-log input[type=file]").set_input_files(TRACES / "boom_441kN_40C.csv.gz")
+    wait(page, lambda: not page.locator("#log-knows").is_visible())  # of another log it knew something else
+
+
 def test_a_rehearsed_commissioning_shows_its_references_and_gives_its_report(page, tmp_path):
     log, truth = tmp_path / "log.csv", tmp_path / "truth.csv"
     words = ["simulate", "mining-loader", "--unit", "boom", "--duty", "commissioning", "--log", str(log)]

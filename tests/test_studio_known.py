@@ -3,14 +3,21 @@
 import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from ramsight import machine
+from ramsight.logs import read_log
+from ramsight.plant.build import build
+from ramsight.sensor.kalman import kalman
 from ramsight.sensor.kind import Kind
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
-from ramsight.studio.known import Known
+from ramsight.signals import Signal, Signals
+from ramsight.studio.known import Known, known_along
 from ramsight.studio.rig import Rig
+
+from .conftest import TRACES
 
 CHANCES = {Kind.DESCRIBED: 0.9, Kind.UNKNOWN_POSITION: 0.1}
 
@@ -112,3 +119,37 @@ def test_a_rig_knows_by_its_kalman_sensor_and_begins_again_with_another_one():
     rig.fault("power", on=True)
     assert rig.known("ram", row.time) is None
     rig.fault("power", on=False)
+
+
+def test_along_a_log_it_knows_what_the_sensor_said_at_these_samples():
+    unit, log = build("mining-loader", "boom"), Signals.of(read_log(TRACES / "boom_441kN_40C.csv.gz"))
+    track = kalman(unit)
+    track.start(0.1)
+    said = track.followed(log)
+    along = kalman(unit)
+    along.start(0.1)
+    found = list(known_along(along, log, unit.cylinder.stroke, looks=40))
+    assert len(found) == 40
+    assert (found[0][0], found[-1][0]) == (log["time"].values[0], log["time"].values[-1])
+    for time, known in found:
+        k = int(log["time"].values.searchsorted(time))
+        assert known["position"] == pytest.approx(1e3 * said["position"].values[k], abs=1e-3)
+    assert along.estimate.position == said["position"].values[-1]
+
+
+def test_along_a_log_a_reference_of_the_log_is_what_was_measured_last():
+    unit = build("mining-loader", "boom")
+    log = Signals.of(read_log(TRACES / "boom_441kN_40C.csv.gz")).rows(slice(0, 500))
+    time, reference = log["time"].values, [math.nan] * 500
+    reference[300] = 0.12
+    given = Signals(dict(log.columns) | {"reference": Signal(np.array(reference), {"units": "m"})}, {})
+    sensor = kalman(unit)
+    sensor.start(0.1)
+    (*_, (last, known)) = known_along(sensor, given, unit.cylinder.stroke, looks=50)
+    assert known["since"] == pytest.approx(last - time[300], abs=0.1)
+
+
+def test_along_an_empty_log_nothing_is_known():
+    unit = build("mining-loader", "boom")
+    log = Signals.of(read_log(TRACES / "boom_441kN_40C.csv.gz")).rows(slice(0, 0))
+    assert list(known_along(kalman(unit), log, unit.cylinder.stroke)) == []

@@ -374,11 +374,16 @@ class VirtualSensor:
         further = (others.get(name, math.nan) for name in names)
         sample = np.array([[time, motor_speed, motor_torque, oil_temperature, at, known, *further]], dtype=np.float64)
         self._says = replay(self.recursion, sample, self.parameters, self._state)[0]
+        return self.estimate
+
+    @property
+    def estimate(self) -> Estimate:
+        """What it has said last."""
         position, std, velocity, load, status = self._says[:5]
         return Estimate(float(position), float(std), float(velocity), float(load), Status(int(status)))
 
     def says(self, output: str) -> float:
-        """An output after the last `step`, by its name [SI]; NaN before the first one, and of one that it has not."""
+        """An output after the last sample, by its name [SI]; NaN before the first one, and of one that it has not."""
         names = self.recursion.outputs
         return float(self._says[names.index(output)]) if output in names else math.nan
 
@@ -401,6 +406,8 @@ class VirtualSensor:
         """The same from columns to columns, for whoever needs no Dataset."""
         inputs = log_inputs(self, log)
         result = replay(self.recursion, inputs, self.parameters, self._state, advance=advance)
+        if len(result):
+            self._says = result[-1]
         columns = dict(zip(self.outputs, result.T, strict=True))
         return said_signals(self, log["time"], columns)
 

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
+
+import numpy as np
 
 from ramsight.sensor.kind import Kind, covariance_of, state_of
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import OTHERWISE
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST, Estimate, VirtualSensor
+from ramsight.signals import Signals
 
 _LEARNED = {"leakage": "leak_factor", "displacement": "displacement_factor", "compliance": "compliance_factor"}
 _MOVED = 0.02  # probability by which a hypothesis has become likelier
 _KEPT = 4  # of what has moved the hypotheses, the newest
+LOOKS = 1500
+"""At what a sensor knows along a log: about as many as a picture has pixels."""
 
 _NEXT = {
     Kind.LOW: "Press it on the retracted end, and on the other one: two ends that agree are those of the cylinder.",
@@ -121,6 +127,33 @@ class Known:
         if others:
             return _NEXT[max(others, key=lambda kind: others[kind])]
         return "Nothing but a new reference: each end that it meets takes away what the way has added since."
+
+
+def known_along(
+    sensor: VirtualSensor, log: Signals, stroke: float, looks: int = LOOKS
+) -> Iterator[tuple[float, dict[str, Any]]]:
+    """What a kalman sensor knows while it goes through a log: at its first sample, evenly over it, and at its last.
+
+    Args:
+        sensor: started where the log begins.
+        log: of the drive.
+        stroke: of the cylinder [m].
+        looks: how often at most.
+
+    Yields:
+        A time [s], and what `Known.look` finds then.
+    """
+    known, time = Known(sensor, stroke), log["time"].values
+    given = log["reference"].values if "reference" in log else np.full(len(time), np.nan)
+    ends = np.unique(np.linspace(1, len(time), min(looks, len(time))).astype(int)).tolist() if len(time) else []
+    first, referred = 0, math.nan
+    for end in ends:
+        piece = slice(first, end)
+        sensor.followed(log.rows(piece))
+        references = time[piece][np.isfinite(given[piece])]
+        referred = float(references[-1]) if len(references) else referred
+        first, now = end, float(time[end - 1])
+        yield now, known.look(now, sensor.estimate, referred)
 
 
 def _mm(metres: float) -> float | None:

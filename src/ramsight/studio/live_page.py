@@ -12,6 +12,7 @@ from typing import Any
 from nicegui import background_tasks, ui
 
 from ramsight.studio.controls import Controls, labelled
+from ramsight.studio.known_panel import places_panel, reasons_panel
 from ramsight.studio.prepared import Prepared
 from ramsight.studio.scene import VIEWS, MachineScene
 from ramsight.studio.session import STANDS, Session
@@ -58,9 +59,9 @@ def live_page(
             story, controls, latest = _first_column(session, units, signs, setting)
             _link(name, latest, can_link=can_link)
         with ui.column().classes("gap-3 min-w-0 seen"):
-            _known()
+            places_panel("known")
             space, magnified = _machine(lambda view: looks[0](view) if looks else None)
-            _reasons()
+            reasons_panel("known")
             _circuits(prepared.circuits, shown)
             _energy(session)
         strips_panel(session, units)
@@ -164,29 +165,6 @@ def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
                 button = ui.button(name, on_click=partial(look, name), color=None)
                 button.props("dense no-caps unelevated").classes("latch")
     return space, magnified
-
-
-def _known() -> None:
-    """How likely each place is; `known.js` draws it."""
-    with ui.element("section").classes("panel known"):
-        ui.html("<h2>What the sensor knows</h2>", sanitize=False)
-        ui.label(
-            "how likely each place in the cylinder is (height: its root), by what the sensor takes for true; pale: the"
-            " 95 % band; whiskers: the bound; triangle: where the piston is"
-        ).classes("text-xs")
-        ui.element("div").props("id=known").classes("w-full")
-        ui.label("–").props("id=known-said").classes("text-xs")
-
-
-def _reasons() -> None:
-    """Why it knows that, and what would make it surer; `known.js` fills it in."""
-    with ui.element("section").classes("panel known"):
-        ui.html("<h2>Why it knows that</h2>", sanitize=False)
-        ui.element("ul").props('id=known-hypotheses aria-label="what it takes for true, and how likely that is"')
-        ui.label("").props("id=known-moved").classes("text-xs whitespace-pre-wrap")
-        ui.label("–").props("id=known-next").classes("text-xs")
-        ui.label("learned, over the data sheet; dashed: as the data sheet has it").classes("text-xs mt-1")
-        ui.element("div").props("id=known-learned").classes("now")
 
 
 def _circuits(circuits: Mapping[str, str], shown: str) -> None:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+from bisect import bisect
 from collections.abc import Awaitable, Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from nicegui import run, ui
 
 from ramsight.log_formats import READABLE
 from ramsight.machine.description import Machine
 from ramsight.studio.files import Shared
 from ramsight.studio.knobs import SENSORS
+from ramsight.studio.known_panel import places_panel, reasons_panel
 from ramsight.studio.map_form import MapForm, entry, is_standard
 from ramsight.studio.markup import scrolled
 from ramsight.studio.spawned import Job, Say
@@ -58,6 +61,7 @@ class _LogsPage:
         self.waiting: list[Callable[[], Awaitable[None]]] = []  # what is done once it was
         self.columns: dict[str, Floats] = {}
         self.references: list[dict[str, Any]] = []
+        self.known: list[tuple[float, dict[str, Any]]] = []  # what the sensor knew, and when
         self.named: dict[str, ui.label] = {}
         self.client, self.shared = ui.context.client, Shared()
         visit.on_end(self.shared.end)
@@ -80,6 +84,9 @@ class _LogsPage:
             ui.element("div").props("id=track-picture").classes("w-full")
             ui.element("div").props("id=error-picture").classes("w-full")
             self.exports = ui.row().props("id=log-exports").classes("gap-4")
+        with ui.element("div").props("id=log-knows") as self.knows:
+            self._knows()
+        self.knows.set_visibility(False)
         with ui.element("div").classes("described"):
             with ui.element("section").classes("panel"):
                 ui.html("<h2>References found</h2>", sanitize=False)
@@ -96,6 +103,7 @@ class _LogsPage:
             self.map = ui.textarea("channel map, to be checked: signs above all").classes("w-full font-mono")
         ui.timer(_LOOK, self._look)
         ui.on("track-view", self._show)
+        ui.on("track-at", self._point)
         self.visit.on_machine(self._another)
 
     def _inputs(self) -> None:
@@ -114,6 +122,35 @@ class _LogsPage:
                 ui.button("track", on_click=lambda: self._begin(track)).props("id=track")
         self.bar = ui.linear_progress(0.0, show_value=False).props('aria-label="share of the log that is done"')
         self.said = ui.label().props("id=log-said role=status").classes("whitespace-pre-wrap font-mono text-sm")
+
+    def _knows(self) -> None:
+        """Places for what the sensor knew at an instant, which the pointer in the track or the slider chooses."""
+        ui.label("point at the track, or move: what a live sensor knew then").classes("text-xs mt-3")
+        with ui.row().classes("w-full items-center no-wrap"):
+            self.when = ui.label().props("id=log-known-at").classes("text-sm whitespace-nowrap")
+            self.instant = ui.slider(min=0, max=1, step=1, on_change=self._show_known)
+            self.instant.props('aria-label="instant of the log"')
+        with ui.element("div").classes("described"):
+            places_panel("log-known")
+            reasons_panel("log-known")
+
+    def _point(self, event: Any) -> None:
+        """The pointer is at a time of the track."""
+        if self.known:
+            later = bisect([time for time, _ in self.known], float(event.args))
+            self.instant.set_value(max(later - 1, 0))
+
+    def _show_known(self) -> None:
+        """Draw what the sensor knew at the chosen instant."""
+        if not self.known:
+            return
+        time, known = self.known[min(int(self.instant.value), len(self.known) - 1)]
+        true = None
+        if "true" in self.columns:
+            at = float(np.interp(time, self.columns["time"], self.columns["true"]))
+            true = at if np.isfinite(at) else None
+        self.when.set_text(f"{time:.1f} s")
+        self.client.run_javascript(f"studio.knows({json.dumps(known)}, {json.dumps(true)}, 'log-known')")
 
     def _another(self, machine: Machine) -> None:
         self._forget()
@@ -201,7 +238,8 @@ class _LogsPage:
 
     def _forget(self) -> None:
         """Take away what belongs to another file, or to another description of the machine."""
-        self.asked, self.columns, self.references = None, {}, []
+        self.asked, self.columns, self.references, self.known = None, {}, [], []
+        self.knows.set_visibility(False)
         self.bar.set_value(0.0)
         self.advice.set_text("")
         self.exports.clear()
@@ -277,6 +315,8 @@ class _LogsPage:
             self._proposed(value)
         elif what == "tracked":
             await self._tracked(value)
+        elif what == "known":
+            self._knew(value)
         elif what == "drawn":
             self._offer(*value)
         elif what in ("leak test", "factors", "report"):
@@ -299,6 +339,13 @@ class _LogsPage:
                 ui.label("none: neither an end stop nor a reference of the log")
         self.columns = await run.io_bound(kept, self.asked.folder / VIEW) or {}
         await self._send(None, None, _PIXELS)
+
+    def _knew(self, found: list[tuple[float, dict[str, Any]]]) -> None:
+        self.known = found
+        self.knows.set_visibility(True)
+        self.instant.props(f"max={max(len(found) - 1, 1)}")
+        self.instant.set_value(len(found) - 1)
+        self._show_known()
 
     async def _show(self, event: Any) -> None:
         """The visitor looks closer."""

@@ -33,9 +33,11 @@ from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
 from ramsight.output.table_file import write_table
 from ramsight.plant.build import build
+from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
 from ramsight.signals import Dataset
+from ramsight.studio.known import known_along
 from ramsight.studio.spawned import Say
 from ramsight.studio.thinning import keep
 from ramsight.tracking.credible import truth_in
@@ -180,8 +182,8 @@ def track(say: Say, asked: Asked) -> None:
     """Track a log as `ramsight track` does.
 
     Says ``progress`` (a share), and in the end ``tracked``: `summary`, what the verb prints, `samples`, and
-    `references` that were found, and `advice` where the sensor has had no position; or ``error``. Writes the view, the
-    track and its figures.
+    `references` that were found, and `advice` where the sensor has had no position; ``known``, what a kalman sensor
+    knew along the log (`known_along`); or ``error``. Writes the view, the track and its figures.
     """
     with _answering(asked.folder, say) as tell:
         unit = build(asked.machine, asked.unit)
@@ -204,6 +206,10 @@ def track(say: Say, asked: Asked) -> None:
         found = references(log, tracked, known, unit.cylinder.stroke)
         said = {"summary": "\n".join(lines), "samples": len(done.track), "references": found}
         tell("tracked", said | {"advice": NOWHERE if nowhere else ""})
+        if asked.sensor == "kalman":
+            sensor = kalman(unit)
+            sensor.start(position, std)
+            tell("known", list(known_along(sensor, done.log, unit.cylinder.stroke)))
         _draw(asked, log, tracked, known)
         tell("drawn", list(FIGURES))
 

@@ -45,13 +45,12 @@
       svg.append(element("path", { d: `M${a},${y - 3}v6M${a},${y}H${b}M${b},${y - 3}v6`, stroke: css("--kalman"), fill: "none" }));
       svg.append(element("line", { x1: x(known.position), x2: x(known.position), y1: HILL - 2, y2: HILL + TUBE + 2, stroke: css("--kalman"), "stroke-width": 2 }));
     }
-    svg.append(element("path", { d: `M${x(truth)},${HILL + TUBE}l-5,9h10z`, fill: css("--true") }));
+    if (truth !== null) svg.append(element("path", { d: `M${x(truth)},${HILL + TUBE}l-5,9h10z`, fill: css("--true") }));
     const step = [1, 2, 5].flatMap((n) => [n, 10 * n, 100 * n, 1000 * n]).sort((p, q) => p - q).find((one) => one * perMm > 60) ?? known.stroke;
     for (let mm = 0; mm <= known.stroke; mm += step) svg.append(element("text", { x: x(mm), y: HILL + TUBE + FOOT - 8, "text-anchor": mm === 0 ? "start" : mm > known.stroke - step / 2 ? "end" : "middle", class: "known-words" }, `${mm}${mm === 0 ? " mm" : ""}`));
   }
 
-  function listed(known) {
-    const list = place("known-hypotheses");
+  function listed(list, known) {
     list.replaceChildren(...known.hypotheses.map((h) => {
       const row = document.createElement("li"), swatch = document.createElement("i"), words = document.createElement("span"), chance = document.createElement("b");
       swatch.style.background = css(LOOKS[h.name]);
@@ -77,10 +76,11 @@
     return own;
   }
 
-  studio.knows = (known, truth) => {
-    const picture = place("known");
+  // Fills the places that are called so; the truth is null where nobody knows it.
+  studio.knows = (known, truth, of = "known") => {
+    const picture = place(of);
     if (!picture) return;
-    for (const panel of document.querySelectorAll(".panel.known")) panel.hidden = !known;
+    for (const panel of document.querySelectorAll(`.panel.${of}`)) panel.hidden = !known;
     if (!known) return;
     const width = picture.clientWidth || 460, wide = Math.floor(width - 2 * SIDE), perMm = wide / known.stroke;
     const said = known.position === null ? "the place of the piston is unknown" : `${known.position.toFixed(1)} mm, in 95 of 100 cases between ${known.low.toFixed(1)} and ${known.high.toFixed(1)} mm`;
@@ -90,10 +90,10 @@
     picture.replaceChildren(svg);
     const since = known.since === null ? "no end and no reference met yet" : `last end or reference ${known.since.toFixed(0)} s ago`;
     const bound = known.bound === null ? "" : `; one sample in 100 000 off by more than ${known.bound.toFixed(0)} mm`;
-    place("known-said").textContent = `${said}${bound}; ${since}`;
-    listed(known);
-    place("known-learned").replaceChildren(...known.learned.map(dial));
-    place("known-moved").textContent = known.moved.join("\n");
-    place("known-next").textContent = `To be surer: ${known.next[0].toLowerCase()}${known.next.slice(1)}`;
+    place(`${of}-said`).textContent = `${said}${bound}; ${since}`;
+    listed(place(`${of}-hypotheses`), known);
+    place(`${of}-learned`).replaceChildren(...known.learned.map(dial));
+    place(`${of}-moved`).textContent = known.moved.join("\n");
+    place(`${of}-next`).textContent = `To be surer: ${known.next[0].toLowerCase()}${known.next.slice(1)}`;
   };
 })();

@@ -234,13 +234,25 @@ window.studio = (() => {
     ctx.restore();
   }
 
+  // Where the pointer is in a track, told as often as what is known then can be drawn.
+  const TELLS = 100; // ms
+  let waits = false;
+  function point(plot) {
+    if (waits || !(plot.cursor.left >= 0)) return;
+    waits = true;
+    setTimeout(() => {
+      waits = false;
+      if (plot.cursor.left >= 0) emitEvent("track-at", plot.posToVal(plot.cursor.left, "x"));
+    }, TELLS);
+  }
+
   const pictures = {}; // where the track was drawn, by what the place is called
   function panel(place, title, height, lines, data, bands) {
     pictures[place.id] = place;
     place.replaceChildren();
     const plot = new uPlot({ title, width: place.clientWidth || 600, height, series: [{ label: "time [s]" }, ...lines],
       axes: [plain({ size: 28, values: (_, all) => all.map((v) => v + " s") }), plain()], bands, legend: { live: false },
-      cursor: { drag: { x: true, y: false, setScale: false } }, hooks: { setSelect: [look], draw: [marks] },
+      cursor: { drag: { x: true, y: false, setScale: false } }, hooks: { setSelect: [look], setCursor: [point], draw: [marks] },
       scales: { x: { time: false } } }, data, place);
     plot.over.addEventListener("dblclick", () => emitEvent("track-view", [null, null, plot.width]));
     named(plot, `the track: ${title}`);
