@@ -234,7 +234,7 @@ window.studio = (() => {
     ctx.restore();
   }
 
-  // Where the pointer is in a track, told as often as what is known then can be drawn.
+  // Where the pointer is in a track, sent as often as what is known then can be drawn.
   const TELLS = 100; // ms
   let waits = false;
   function point(plot) {
