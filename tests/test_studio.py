@@ -37,7 +37,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.studio import draft
 from ramsight.studio.guard import Guard
-from ramsight.studio.knobs import FAULTS, KNOBS, LIE, Knobs
+from ramsight.studio.knobs import FAULTS, KNOBS, LIE, UNSURE, WRONG_START, Knobs
 from ramsight.studio.machine_page import circuit_menu
 from ramsight.studio.playing import DUTIES, ENDS
 from ramsight.studio.rig import Rig
@@ -291,6 +291,16 @@ def test_sensors_that_are_started_anew_know_where_the_piston_is(press):
     press.start_sensors()
     row = run(press, 0.2)[-1]["ram"]
     assert all(abs(said.position - row.position) < 1e-3 for said in row.estimates.values())
+
+
+@pytest.mark.parametrize("at", [0.0, 1.0])
+def test_a_wrong_start_is_off_by_so_much_within_the_stroke_and_says_that_it_is_unsure(press, at):
+    stroke = press.sheet["ram"].cylinder.stroke
+    press._at["ram"] = at * stroke
+    press.start_sensors("kalman", off=WRONG_START)
+    state = press.sensors["ram"]["kalman"].state
+    assert state["position"] == pytest.approx(WRONG_START if at == 0.0 else stroke - WRONG_START)
+    assert state["position_variance"] == pytest.approx(UNSURE**2)
 
 
 def test_a_speed_that_reads_too_much_moves_the_estimate_away(press):

@@ -490,6 +490,32 @@ def test_of_a_track_it_is_seen_what_the_sensor_knew_at_the_pointer_and_by_keys(p
     wait(page, lambda: not page.locator("#log-knows").is_visible())  # of another log it knew something else
 
 
+def test_in_the_race_a_worn_pump_takes_dead_reckoning_away_and_a_wrong_start_is_found(page):
+    page.get_by_text("race", exact=True).click()
+    page.locator("#race-start").click()
+
+    def off(kind):
+        text = page.locator(f"#race-{kind} b").inner_text()
+        return math.nan if text == "–" else float(text)
+
+    says = page.locator("#race-says")
+    wait(page, lambda: off("kalman") < 2.0 and off("balance") < 2.0 and off("table") < 20.0)
+    page.get_by_text("controls", exact=True).click()
+    page.get_by_label("speed-up [× real time]").focus()
+    page.keyboard.press("End")
+    page.get_by_text("race", exact=True).click()
+    worn = page.get_by_role("button", name="worn pump")
+    worn.click()
+    wait(page, lambda: worn.get_attribute("aria-pressed") == "true")
+    wait(page, lambda: off("balance") > max(10.0, 3.0 * off("kalman")) and "says: ok" in says.inner_text())
+    picture(page, "studio-race.png")
+    worn.click()
+    wait(page, lambda: worn.get_attribute("aria-pressed") == "false")
+    page.get_by_role("button", name="wrong start").click()
+    wait(page, lambda: off("kalman") > 20.0 and "says: uncertain" in says.inner_text())
+    wait(page, lambda: off("kalman") < 5.0 and "says: ok" in says.inner_text())  # after an end
+
+
 def test_a_rehearsed_commissioning_shows_its_references_and_gives_its_report(page, tmp_path):
     log, truth = tmp_path / "log.csv", tmp_path / "truth.csv"
     words = ["simulate", "mining-loader", "--unit", "boom", "--duty", "commissioning", "--log", str(log)]

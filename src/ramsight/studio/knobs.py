@@ -12,6 +12,8 @@ FAULTS = {
 }  # fmt: skip
 """Faults that can be switched on, and what they are."""
 LIE = 0.02  # m, by which a faulty limit switch is off
+WRONG_START, UNSURE = 0.03, 0.02
+"""By how much a wrong start is off, and the standard deviation that it is given with [m]."""
 SECOND = "second"
 """A real position sensor beside the virtual ones, where the page names sensors."""
 SENSORS = ("kalman", "balance")

@@ -14,6 +14,7 @@ from nicegui import background_tasks, ui
 from ramsight.studio.controls import Controls, labelled
 from ramsight.studio.known_panel import places_panel, reasons_panel
 from ramsight.studio.prepared import Prepared
+from ramsight.studio.race_panel import RacePanel
 from ramsight.studio.scene import VIEWS, MachineScene
 from ramsight.studio.session import STANDS, Session
 from ramsight.studio.setting import Setting, catalogue_name, query_of
@@ -33,7 +34,7 @@ _SCALE = '<div class="scale"><span>0 bar</span><i></i><span><b id="highest-press
 """The colours of the circuit's lines over the pressure; `studio.js` knows the highest one."""
 _ADDRESS = '<input id="link" class="link" readonly hidden aria-label="link to this setting">'
 _HIGHEST = 250.0  # bar, that the circuit's warmest colour stands for where no relief valve says it
-_STORY, _CONTROLS = "scenarios", "controls"
+_STORY, _CONTROLS, _RACE = "scenarios", "controls", "race"
 
 
 def live_page(
@@ -56,7 +57,7 @@ def live_page(
     status_bar(units)
     with ui.element("div").classes("studio"):
         with ui.column().classes("gap-3 min-w-0 first"):
-            story, controls, latest = _first_column(session, units, signs, setting)
+            story, controls, race, latest = _first_column(session, units, signs, setting)
             _link(name, latest, can_link=can_link)
         with ui.column().classes("gap-3 min-w-0 seen"):
             places_panel("known")
@@ -87,7 +88,8 @@ def live_page(
             ui.run_javascript(f"studio.address({json.dumps(now)})")
         address = now
         gone_on, again, begun = story.show(frame.telling), frame.begun != begun, frame.begun
-        if gone_on or again:  # a scene has set something
+        pressed = race.show(frame.settings)
+        if gone_on or again or pressed:  # a scene or a button has set something
             controls.follow(frame.settings, levers=again)
 
     view = f"studio.show({json.dumps(shown)}); studio.strips({json.dumps(setting.strips)})"
@@ -98,12 +100,12 @@ def live_page(
 
 def _first_column(
     session: Session, units: list[str], signs: Mapping[str, float], setting: Setting
-) -> tuple[StoryPanel, Controls, list[Frame]]:
-    """Scenarios or controls, one of them at a time; the state of the machine above them. The newest frame goes last."""
+) -> tuple[StoryPanel, Controls, RacePanel, list[Frame]]:
+    """Scenarios, controls or the race, one at a time; the state of the machine above them. The newest frame goes last."""
     scenario = setting.scenario
     waits = ui.label("the machine is being made ready …").props("id=ready role=status").classes("text-sm")
     ui.timer(0.3, lambda: waits.set_text(session.ended or _state(session, waits.text)))
-    choice = ui.toggle([_STORY, _CONTROLS], value=_CONTROLS if scenario is None else _STORY)
+    choice = ui.toggle([_STORY, _CONTROLS, _RACE], value=_CONTROLS if scenario is None else _STORY)
     choice.props("no-caps spread dense").classes("w-full")
 
     def play(name: str | None) -> None:
@@ -117,12 +119,14 @@ def _first_column(
         begin = ui.button("begin again, nothing plays", on_click=lambda: play(None))
         begin.props('dense size=sm no-caps title="positions, knobs, faults and sensors as at first"')
         controls = Controls(session, units, signs)
+    with ui.column().classes("gap-3 w-full").bind_visibility_from(choice, "value", value=_RACE):
+        race = RacePanel(session.say, lambda: play(None))
     controls.follow(setting.settings, levers=False)
     if scenario is not None:
         play(scenario)
     for command in setting.commands():
         session.say(*command)
-    return story, controls, []
+    return story, controls, race, []
 
 
 def _query(frame: Frame, name: str | None) -> str:

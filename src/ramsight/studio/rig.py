@@ -27,8 +27,9 @@ from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.linked import LinkedMachine, build_linked
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.persistence import StateFile
+from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
-from ramsight.studio.knobs import FAULTS, KINDS, SENSORS, Knobs
+from ramsight.studio.knobs import FAULTS, KINDS, SENSORS, UNSURE, Knobs
 from ramsight.studio.known import Known
 from ramsight.studio.marks import Marks
 from ramsight.studio.playing import Playing
@@ -193,15 +194,19 @@ class Rig:
         self.holds_oil = on
         self._aim = self.knobs.oil_temperature if on else None
 
-    def start_sensors(self, *kinds: str) -> None:
+    def start_sensors(self, *kinds: str, off: float = 0.0) -> None:
         """Start sensors again at the true positions: a value that is no number has ended the plain balance.
 
         Args:
             kinds: of them; all if none is named.
+            off: by which the positions are wrong, further in where there is no room further out [m].
         """
+        std = UNSURE if off else START_STD
         for name, sensors in self.sensors.items():
+            stroke = self.sheet[name].cylinder.stroke
+            at = self._at[name] + (off if self._at[name] + off <= stroke else -off)
             for sensor in (one for kind, one in sensors.items() if not kinds or kind in kinds):
-                sensor.start(min(max(self._at[name], 0.0), self.sheet[name].cylinder.stroke))
+                sensor.start(min(max(at, 0.0), stroke), std)
 
     def sense(self, kind: str, *, on: bool) -> None:
         """Switch a sensor of `KINDS` on, at the true positions, or off.

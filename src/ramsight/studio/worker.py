@@ -172,7 +172,7 @@ class _Clock:
                 case "save":
                     self._save(values[0])
                 case "start":
-                    self.rig.start_sensors()
+                    self.rig.start_sensors(off=float(values[0]) if values else 0.0)
                 case "factor":
                     self._set_factor(float(values[0]))
                 case "stop":
