@@ -101,7 +101,7 @@ def live_page(
 def _first_column(
     session: Session, units: list[str], signs: Mapping[str, float], setting: Setting
 ) -> tuple[StoryPanel, Controls, RacePanel, list[Frame]]:
-    """Scenarios, controls or the race, one at a time; the state of the machine above them. The newest frame goes last."""
+    """Scenarios, controls or the race, one at a time; above them the machine's state. The newest frame goes last."""
     scenario = setting.scenario
     waits = ui.label("the machine is being made ready …").props("id=ready role=status").classes("text-sm")
     ui.timer(0.3, lambda: waits.set_text(session.ended or _state(session, waits.text)))
