@@ -244,6 +244,17 @@ def test_a_preset_is_a_reference(master):
     assert master.node.sdo[0x2015].raw == 1
 
 
+def test_the_load_has_its_deviation_and_its_age(master):
+    master.rest(0.5)
+    load, std, age = (master.node.sdo[one].raw for one in (0x2013, 0x2016, 0x2017))
+    estimate, says = master.device._estimate, master.device._sensor.says
+    assert load == pytest.approx(estimate.load, abs=1.0)
+    assert std == pytest.approx(says("load_std"), abs=1.0)
+    assert 0 < std < 0xFFFF_FFFF
+    assert age == pytest.approx(1e3 * says("load_age"), abs=1.0)
+    assert age > 0
+
+
 def test_a_preset_that_contradicts_is_refused_and_told_until_the_position_is_forgotten(master):
     write(master, 0x6003, 10000)
     master.rest(0.1)

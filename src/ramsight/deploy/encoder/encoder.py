@@ -20,7 +20,7 @@ from ramsight.deploy.encoder.pdo import pdo_identifiers
 from ramsight.deploy.encoder.presence import Presence
 from ramsight.deploy.encoder.published import Published
 from ramsight.deploy.encoder.saving import Saving
-from ramsight.deploy.encoder.scale import BY_6005, DOWNWARDS, Scale, whole
+from ramsight.deploy.encoder.scale import BY_6005, DOWNWARDS, Scale, counted, whole
 from ramsight.deploy.encoder.schedule import HEARTBEAT, PDOS, Schedule
 from ramsight.deploy.encoder.second_node import PERIOD, SecondNode
 from ramsight.deploy.encoder.server import (
@@ -40,7 +40,17 @@ from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.persistence import STARTED
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import BOUND, DISPUTED, IS_REFERENCED, REFERENCED_NOW, TIME, Estimate, VirtualSensor
+from ramsight.sensor.virtual_sensor import (
+    BOUND,
+    DISPUTED,
+    IS_REFERENCED,
+    LOAD_AGE,
+    LOAD_STD,
+    REFERENCED_NOW,
+    TIME,
+    Estimate,
+    VirtualSensor,
+)
 
 _NMT, _SYNC = 0x000, 0x080
 _JUST_AFTER = 1e-4  # s, from the drive's last sample to a preset, whose frame may have a later stamp than the next
@@ -212,6 +222,21 @@ class Encoder:
         """What the position's error exceeds once in 100 000 samples without a warning [m]; infinite if unknown."""
         bound = self._sensor.says(BOUND)
         return math.inf if math.isnan(bound) else bound + self._unseen + self._published.behind
+
+    @property
+    def load(self) -> float:
+        """Load on the cylinder, positive against lifting [N]; NaN before the first sample."""
+        return math.nan if self._estimate is None else self._estimate.load
+
+    @property
+    def load_std(self) -> float:
+        """Standard deviation of the load [N]; NaN if it is unknown."""
+        return self._sensor.says(LOAD_STD)
+
+    @property
+    def load_age(self) -> float:
+        """Time since the torque has shown the load [s]; NaN if it never has."""
+        return self._sensor.says(LOAD_AGE)
 
     @property
     def _unseen(self) -> float:
@@ -441,9 +466,11 @@ class Encoder:
             (0x2010, 0): lambda: scale.steps(min(self.std, stroke)),
             (0x2011, 0): lambda: self.status,
             (0x2012, 0): lambda: "no sample yet" if self._estimate is None else self._estimate.status.text,
-            (0x2013, 0): lambda: 0 if self._estimate is None else whole(self._estimate.load, LEAST, MOST),
+            (0x2013, 0): lambda: 0 if math.isnan(self.load) else whole(self.load, LEAST, MOST),
             (0x2014, 0): lambda: scale.steps(min(self.bound, stroke)),
             (0x2015, 0): lambda: int(self.referenced),
+            (0x2016, 0): lambda: counted(self.load_std),
+            (0x2017, 0): lambda: counted(1e3 * self.load_age),
             (0x2030, 0): lambda: scale.elsewhere(self._beside.position),
             (0x2031, 0): lambda: self._beside.verdict,
             (0x6002, 0): lambda: scale.steps(stroke),
