@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,22 +10,35 @@ import numpy as np
 from nicegui import ui
 
 from ramsight.arrays import Array
-from ramsight.drawing.mechanism.bodies import Shapes, hull, shapes
-from ramsight.drawing.mechanism.scenery import COLOURS, GHOST, ROCK, Scenery, heap_radius, scenery
+from ramsight.drawing.mechanism.bodies import Shapes, shapes
+from ramsight.drawing.mechanism.scenery import COLOURS, GHOST, ROCK, heap_radius, scenery, truck
 from ramsight.machine.description import Machine
 from ramsight.plant.linkage import joints, points
 from ramsight.plant.linked import LinkedMachine
+from ramsight.studio.scene_parts import (
+    DARK,
+    PLATE,
+    RED,
+    STEEL,
+    around,
+    beams,
+    chassis,
+    fork,
+    plate,
+    plates,
+    rod,
+    shell,
+    stretch,
+    turn,
+)
 
 _RATE = 12  # pictures a second; where no graphics card helps, more of them would hold up the strips
 _STILL = 1e-4  # m, or t of a payload: less is not seen, and not sent
-_DEPTH = 0.25  # m, of a plate
-_BAR = 0.06  # m, half the width of a body that has no outline
-_BARREL, _ROD = 0.12, 0.06  # m, heights of a cylinder's barrel and rod in the picture
-_LYING = math.pi / 2.0
-_CHASSIS, _TYRE_WIDTH, _GROUND, _LEAST = 1.6, 0.45, (14.0, 9.0, 0.05), 0.05  # m, of what stands around
-_BUCKET, _WALL = 1.9, 0.05  # m, width of a bucket and its plates
-_PAINT, _TYRE, _FOOT = "#d9c48f", "#4a4f55", "#56616d"
-_STEEL, _RED = "#8b939c", "#b03030"
+_APART, _BEFORE = 0.42, 0.2  # m: from the middle to an arm's plates; from a mast to the fork's back
+_BARREL, _ROD = 0.12, 0.06  # m, of a cylinder's barrel and rod in the picture
+_BENCH, _LEAST = 0.5, 0.05  # m, height of a bench; the least of a load
+_PALLET = 2000.0  # kg/m3 of goods
+_BLOCK, _GOODS = "#c98a1b", "#a9825a"
 
 
 VIEWS = {"side": (0.0, -1.0, 0.0), "front": (1.0, -0.02, 0.1), "above": (0.0, -0.02, 1.0)}
@@ -84,7 +96,7 @@ class MachineScene:
         """
         if known is not self._known:
             self._known = known
-            for ghost in [self._ghost_rod] if self._linked is None else self._ghosts.values():
+            for ghost in self._rods[1:] if self._linked is None else self._ghosts.values():
                 ghost.visible(known)
         estimated = {name: at + self._times * (estimated[name] - at) for name, at in true.items()}
         now = [*true.values(), *estimated.values(), 1e-3 * payload]
@@ -93,23 +105,26 @@ class MachineScene:
         self._shown = now
         if self._linked is None:
             (x,), (ghost,) = true.values(), estimated.values()
-            self._rod.move(self._stroke + 0.15 + x, 0.0, 0.5)
-            self._ghost_rod.move(self._stroke + 0.15 + ghost, 0.0, 0.5)
+            for rod_and_block, place in zip(self._rods, (x, ghost), strict=True):
+                rod_and_block.move(1.25 * self._stroke + 0.2 + place, 0.0, _BENCH)
             return
-        for pins, plates in ((self._pins(true), self._plates), (self._pins(estimated), self._ghosts)):
-            for name, plate in plates.items():
-                _turn(plate, self._drawn_pins[name], pins[name])
-        if self._shell is not None:
-            name, shell = self._shell
-            _turn(shell, self._drawn_pins[name], self._pins(true)[name], 0.0)
+        for pins, bodies in ((self._pins(true), self._bodies), (self._pins(estimated), self._ghosts)):
+            for name, body in bodies.items():
+                turn(body, self._drawn_pins[name], pins[name])
         seen = self._seen(true)
-        for strut, (barrel, rod) in zip(seen.struts, self._struts, strict=True):
-            _stretch(barrel, strut.base, strut.barrel_end)
-            _stretch(rod, strut.barrel_end, strut.rod)
-        for link, plate in zip(seen.links, self._links, strict=True):
-            _stretch(plate, link[0], link[1])
+        for strut, (barrel, moved) in zip(seen.struts, self._struts, strict=True):
+            stretch(barrel, strut.base, strut.barrel_end)
+            stretch(moved, strut.barrel_end, strut.rod)
+        for link, bar in zip(seen.links, self._links, strict=True):
+            stretch(bar, link[0], link[1])
         if seen.load is not None and self._load is not None:
-            self._load.move(float(seen.load[0]), 0.0, float(seen.load[1])).scale(max(heap_radius(payload), _LEAST))
+            if self._drives:
+                x, z = seen.load if seen.bucket is None else seen.bucket.inside.mean(axis=0)
+                size = max(heap_radius(payload), _LEAST)
+            else:  # goods, on the fork
+                size = max(np.cbrt(payload / _PALLET), _LEAST)
+                x, z = seen.load[0], seen.tip[1] + 0.5 * size
+            self._load.move(float(x), 0.0, float(z)).scale(size)
 
     def _seen(self, positions: Mapping[str, float]) -> Shapes:
         assert self._linked is not None
@@ -131,114 +146,66 @@ class MachineScene:
         return {name: own for name, own in found.items() if name != "frame"}
 
     def _bench(self) -> None:
+        """A cylinder on a bench, and the block that its rod pushes."""
         s = self._stroke
-        ui.scene.box(s + 0.3, 0.2, 0.2).move(0.5 * s, 0.0, 0.5).material(_RED)
-        ui.scene.box(3.0 * s + 1.0, 0.5, 0.05).move(1.2 * s, 0.0, 0.3).material(_STEEL)
-        self._rod = _plate([[-s - 0.15, -0.05], [0.0, -0.05], [0.0, 0.05], [-s - 0.15, 0.05]], 0.1, _STEEL)
-        self._ghost_rod = _plate([[-0.04, -0.09], [0.0, -0.09], [0.0, 0.09], [-0.04, 0.09]], 0.18, GHOST, 0.5)
-        self._set_out((1.2 * s, 0.4), (0.0, 1.0), 2.4 * s + 1.2)
+        long, block = 1.2 * s + 0.2, 0.3 * s + 0.1
+        barrel = rod(-0.05, long, 0.1, RED)
+        barrel.move(0.0, 0.0, _BENCH)
+        for x in (0.0, long):
+            rod(x - 0.03, x + 0.03, 0.13, DARK).move(0.0, 0.0, _BENCH)
+        ui.scene.box(3.0 * s + 1.0, 0.5, 0.05).move(1.4 * s + 0.2, 0.0, _BENCH - 0.2).material(STEEL)
+        self._rods = []
+        for colour, opacity, radius in ((STEEL, 1.0, 0.045), (GHOST, 0.4, 0.06)):
+            with ui.scene.group() as moved:
+                rod(-s, 0.0, radius, colour, opacity)
+                ui.scene.box(block, 0.36, 0.3).material(_BLOCK if opacity == 1.0 else GHOST, opacity).move(
+                    0.5 * block, 0.0, 0.0
+                )
+            self._rods.append(moved)
+        self._set_out((1.2 * s, 0.4), (0.0, 1.0), 2.0 * s + 1.0)
 
     def _mechanism(self) -> None:
         assert self._linked is not None
         middle = {unit.name: 0.5 * unit.cylinder.stroke for unit in self._linked.units}
-        self._drawn = drawn = self._seen(middle)
-        self._drawn_pins = self._pins(middle)
-        named = [(name, hull(np.array([place for _, place in own]))) for name, own in self._points(middle).items()]
-        colours = (COLOURS * len(named))[: len(named)]
-        wide = [_wide(hull) for _, hull in named]
-        self._plates = {n: _plate(w.tolist(), _DEPTH, c) for (n, _), w, c in zip(named, wide, colours, strict=True)}
+        drawn, self._drawn_pins = self._seen(middle), self._pins(middle)
+        outlines = {name: around(np.array([place for _, place in own])) for name, own in self._points(middle).items()}
+        colours = dict(zip(outlines, itertools.cycle(COLOURS)))
         tool = self._linked.mechanism.tip.body
-        self._shell = None
-        if self._drives and tool in self._plates:
-            outline = dict(named)[tool]
-            self._plates[tool].material(colours[list(self._plates).index(tool)], 0.25)
-            self._shell = tool, _bucket(outline, drawn.tip, colours[list(self._plates).index(tool)])
-        self._ghosts = {n: _plate(w.tolist(), 0.6 * _DEPTH, GHOST, 0.35) for (n, _), w in zip(named, wide, strict=True)}
-        unit = [[0.0, -0.5], [1.0, -0.5], [1.0, 0.5], [0.0, 0.5]]
+        place = scenery(drawn.frame) if self._drives else truck(drawn.frame)
+        if self._drives:  # the plates of an arm stand on both sides of its cylinders
+            chassis(place)
+            self._bodies = {n: plates(one, (-_APART, _APART), PLATE, colours[n]) for n, one in outlines.items()}
+        else:
+            chassis(place, 0.7 * _APART + 0.7)
+            self._bodies = {name: self._mast(name, drawn) for name in outlines}
+        if drawn.bucket is not None:
+            self._bodies[tool].delete()
+            self._bodies[tool], outlines[tool] = shell(drawn.bucket), drawn.bucket.outline
+        self._ghosts = {name: plates(one, (0.0,), 0.6 * PLATE, GHOST, 0.35) for name, one in outlines.items()}
+        unit = np.array([[0.0, -0.5], [1.0, -0.5], [1.0, 0.5], [0.0, 0.5]])
 
         def bar(height: float, colour: str) -> Any:
-            return _plate([[u, v * height] for u, v in unit], 0.6 * _DEPTH, colour)
+            return plate((unit * [1.0, height]).tolist(), height, colour)
 
-        self._struts = [(bar(_BARREL, _RED), bar(_ROD, _STEEL)) for _ in drawn.struts]
+        self._struts = [(bar(_BARREL, RED), bar(_ROD, STEEL)) for _ in drawn.struts]
         self._links = [bar(_ROD, "#333333") for _ in drawn.links]
-        self._load = None if drawn.load is None else ui.scene.sphere(1.0).material(ROCK)
-        frame = np.array([*drawn.frame])
-        if self._drives:
-            around = scenery(drawn.frame)
-            _chassis(around)
-            everything = np.vstack([frame, around.outline, *wide])
-        else:
-            low, high = frame.min(axis=0), frame.max(axis=0)
-            foot = ui.scene.box(max(high[0] - low[0], 0.4) + 0.3, 0.5, 0.12).material(_FOOT)
-            foot.move(float(0.5 * (low[0] + high[0])), 0.0, float(low[1]) - 0.1)
-            everything = np.vstack([frame, *wide])
+        self._load = None
+        if drawn.load is not None:
+            self._load = (
+                ui.scene.sphere(1.0).material(ROCK) if self._drives else ui.scene.box(1.0, 1.0, 1.0).material(_GOODS)
+            )
+        everything = np.vstack([[*drawn.frame], place.outline, *outlines.values()])
         x, z = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
         far = 0.7 * float(np.max(np.ptp(everything, axis=0))) + 0.3
         self._set_out((float(x), float(z)), (0.35 * far, 0.3 * far), far)
         self.show(middle, middle)
 
-
-def _chassis(around: Scenery) -> None:
-    """A machine on wheels, on the ground, behind its arm."""
-    ui.scene.extrusion(around.chassis.tolist(), _CHASSIS).material(_PAINT).rotate(_LYING, 0.0, 0.0).move(
-        0.0, 0.5 * _CHASSIS, 0.0
-    )
-    for wheel in around.wheels:
-        for side in (-0.5, 0.5):
-            tyre = ui.scene.cylinder(around.radius, around.radius, _TYRE_WIDTH, 24).material(_TYRE)
-            tyre.move(float(wheel[0]), side * (_CHASSIS + _TYRE_WIDTH), float(wheel[1]))
-            rim = ui.scene.cylinder(0.45 * around.radius, 0.45 * around.radius, 1.04 * _TYRE_WIDTH, 24)
-            rim.material(_PAINT).move(float(wheel[0]), side * (_CHASSIS + _TYRE_WIDTH), float(wheel[1]))
-    ground = ui.scene.box(*_GROUND).material("#cfc7b8")
-    ground.move(float(around.wheels[:, 0].mean()) + 2.0, 0.0, -0.5 * _GROUND[2])
-
-
-def _bucket(outline: Array, tip: Array, colour: str) -> Any:
-    """A bucket as a shell: two sides, and plates along the edges of its outline but the one above the tip."""
-    corners = [*outline, outline[0]]
-    edges = list(itertools.pairwise(corners))
-    at_tip = sorted(edges, key=lambda edge: min(float(np.linalg.norm(end - tip)) for end in edge))[:2]
-    opening = max(at_tip, key=lambda edge: float(edge[0][1] + edge[1][1]))
-    with ui.scene.group() as shell:
-        for side in (-0.5 * _BUCKET, 0.5 * _BUCKET + _WALL):
-            _plate(outline.tolist(), _WALL, colour).move(0.0, side, 0.0)
-        for begin, end in edges:
-            if begin is opening[0] and end is opening[1]:
-                continue
-            way, middle = end - begin, 0.5 * (begin + end)
-            plate = ui.scene.box(float(np.linalg.norm(way)), _BUCKET, _WALL).material(colour)
-            plate.rotate(0.0, -math.atan2(way[1], way[0]), 0.0).move(float(middle[0]), 0.0, float(middle[1]))
-    return shell
-
-
-def _wide(outline: Array) -> Array:
-    """An outline that can be seen: a body of two points becomes a bar, one of a single point a square."""
-    if len(outline) > 2:
-        return outline
-    begin, end = outline[0], outline[-1]
-    size = float(np.linalg.norm(end - begin))
-    along = (end - begin) / size if size > 0.0 else np.array([1.0, 0.0])
-    begin, end = begin - _BAR * along, end + _BAR * along
-    across = _BAR * np.array([-along[1], along[0]])
-    return np.array([begin - across, end - across, end + across, begin + across])
-
-
-def _plate(outline: list[list[float]], depth: float, colour: str, opacity: float = 1.0) -> Any:
-    plate = ui.scene.extrusion(outline, depth).material(colour, opacity)
-    return plate.rotate(_LYING, 0.0, 0.0)
-
-
-def _turn(plate: Any, drawn: Array, seen: Array, lying: float = _LYING) -> None:
-    """Move a body's plate from where its hull was drawn to where it is; a group of parts does not lie."""
-    before, after = drawn[1] - drawn[0], seen[1] - seen[0]
-    angle = math.atan2(after[1], after[0]) - math.atan2(before[1], before[0])
-    c, s = math.cos(angle), math.sin(angle)
-    x, z = seen[0] - np.array([c * drawn[0][0] - s * drawn[0][1], s * drawn[0][0] + c * drawn[0][1]])
-    plate.rotate(lying, -angle, 0.0).move(float(x), 0.0, float(z))
-
-
-def _stretch(bar: Any, begin: Array, end: Array) -> None:
-    """Put a bar of length 1 between two points."""
-    way = end - begin
-    bar.scale(float(np.linalg.norm(way)), 1.0, 1.0)
-    bar.rotate(_LYING, -math.atan2(way[1], way[0]), 0.0).move(float(begin[0]), 0.0, float(begin[1]))
+    def _mast(self, name: str, drawn: Shapes) -> Any:
+        """A body that slides: the fork, or a stage of the mast."""
+        assert self._linked is not None
+        foot, top = drawn.struts[0].base, drawn.struts[0].rod
+        long = float(drawn.struts[0].barrel_end[1] - foot[1])
+        if name == self._linked.mechanism.tip.body:
+            return fork(float(top[0]) + _BEFORE, drawn.tip)
+        beams(float(foot[0]), float(foot[1]), float(foot[1]) + long, STEEL)
+        return beams(float(top[0]), float(top[1]) - long, float(top[1]), _BLOCK, within=0.08)

@@ -21,6 +21,11 @@ _CHASSIS = (
     (0.12, 0.25), (0.12, 1.1), (-0.1, 1.22), (-0.55, 0.95), (-0.75, 0.95), (-0.8, 1.35), (-1.35, 1.35), (-1.42, 0.95),
     (-2.15, 0.9), (-2.25, 0.7), (-2.2, 0.3),
 )  # fmt: skip
+# Corners behind a mast's foot, in shares of the truck's height, its counterweight behind; and where the axles are.
+_TRUCK = (
+    (-0.15, 0.12), (-0.15, 0.5), (-0.3, 0.55), (-0.38, 0.42), (-0.75, 0.42), (-0.8, 0.55), (-1.15, 0.5), (-1.2, 0.15),
+)  # fmt: skip
+_TRUCK_WHEEL, _TRUCK_AXLES, _TRUCK_HIGH = 0.13, (-0.3, -1.0), 2.1  # the last in m
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,22 @@ def scenery(frame: Sequence[Array]) -> Scenery:
     radius = _WHEEL * height
     axles = [foot + np.array([-0.2 * height - k * _BETWEEN * height, radius]) for k in range(2)]
     return Scenery(foot + height * np.array(_CHASSIS), np.array(axles), radius)
+
+
+def truck(frame: Sequence[Array]) -> Scenery:
+    """A truck behind the foot of a mast.
+
+    Args:
+        frame: pins on the machine, [x, z] in m.
+
+    Example:
+        >>> truck([np.array([0.0, 0.1])]).chassis[:, 0].max() < 0.0
+        True
+    """
+    x = min(float(pin[0]) for pin in frame)
+    radius = _TRUCK_HIGH * _TRUCK_WHEEL
+    axles = [(x + _TRUCK_HIGH * one, radius) for one in _TRUCK_AXLES]
+    return Scenery(np.array([x, 0.0]) + _TRUCK_HIGH * np.array(_TRUCK), np.array(axles), radius)
 
 
 def heap_radius(payload: float) -> float:
