@@ -25,9 +25,12 @@ from typer.testing import CliRunner
 
 import ramsight
 from ramsight.cli import app
+from ramsight.histories.history_store import HistoryStore
+from ramsight.histories.record import MachineKey
 from ramsight.studio.session import STANDS
 
 from .chromium import launched, violations
+from .history_bench import life
 from .waiting import PATIENCE, wait_for
 
 pytestmark = pytest.mark.slow
@@ -488,6 +491,28 @@ def test_of_a_track_it_is_seen_what_the_sensor_knew_at_the_pointer_and_by_keys(p
     wait(page, lambda: "in 95 of 100 cases" in hill.get_attribute("aria-label"))
     page.locator("#upload-log input[type=file]").set_input_files(TRACES / "boom_441kN_40C.csv.gz")
     wait(page, lambda: not page.locator("#log-knows").is_visible())  # of another log it knew something else
+
+
+def test_a_tab_shows_how_the_machines_of_a_store_change(visitor, tmp_path):
+    store = tmp_path / "fleet.db"
+    with HistoryStore(store, makes=True) as made:
+        for serial, rate in (("A17", 0.35), ("<b>B2</b>", 0.0)):
+            place = made.described(MachineKey("mining-loader", "boom", serial), "d", "")
+            for one in life(30, rate=rate, seed=len(serial)):
+                made.add(place, one)
+    with studio("mining-loader", "--history", str(store)) as (address, _):
+        page, wrong = visitor(), []
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        runs(page, f"{address}?play=none")
+        page.get_by_role("tab", name="History").click()
+        shown = page.frame_locator("iframe.fleet")
+        shown.get_by_text("A17").first.wait_for()
+        shown.get_by_text("<b>B2</b>").first.wait_for()  # a name is text
+        picture(page, "studio-history.png")
+        store.unlink()
+        page.get_by_role("button", name="read again").click()
+        wait(page, lambda: "no such file" in page.locator("#fleet-said").inner_text())
+        assert wrong == []
 
 
 def test_in_the_race_a_worn_pump_takes_dead_reckoning_away_and_a_wrong_start_is_found(page):
@@ -981,7 +1006,7 @@ NAMELESS = """() => ['button', '[role=slider]', '[role=switch]', '[role=tab]', '
 
 def test_every_control_has_a_name_and_a_narrow_screen_is_wide_enough(page):
     page.set_viewport_size({"width": 400, "height": 900})
-    for tab in ("Live", "Machines", "Logs", "Studies"):
+    for tab in ("Live", "Machines", "Logs", "Studies", "History"):
         page.get_by_role("tab", name=tab).click()
         page.wait_for_timeout(2500)
         assert page.evaluate("document.documentElement.scrollWidth") <= 400, tab

@@ -237,14 +237,20 @@ def history_report(
     check_extra("history")
     place = path_argument(out, "out")
     check_target(place, (".html",))
-    found = histories(store, machine, unit, serial, limits)
-    name = store_name(str(store))
-    write_text(fleet_page(found, f"How machines change: {name}"), place)
+    write_text(report_text(store, machine, unit, serial, limits), place)
 
 
-def store_name(store: str) -> str:
-    """Name of a store for a title, without what a password is in."""
-    return store.rpartition("@")[2] if "://" in store else Path(store).name
+def report_text(
+    store: str | Path,
+    machine: str | None = None,
+    unit: str | None = None,
+    serial: str | None = None,
+    limits: Mapping[str, float] | None = None,
+) -> str:
+    """The page of `history_report`, whose arguments these are."""
+    check_extra("history")
+    name = str(store).rpartition("@")[2] if "://" in str(store) else Path(store).name  # without what a password is in
+    return fleet_page(histories(store, machine, unit, serial, limits), f"How machines change: {name}")
 
 
 def histories(

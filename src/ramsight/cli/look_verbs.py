@@ -48,15 +48,18 @@ def studio(
     port: Annotated[int, typer.Option(help="Port to listen at.", min=1, max=65535)] = 8080,
     visitors: Annotated[int, typer.Option(help="Visitors at a time; each has a process.", min=1, max=1000)] = 8,
     show: Annotated[bool, typer.Option("--show/--no-show", help="Open a browser.")] = True,
+    history: Annotated[
+        str | None, typer.Option(help="Store of 'history add', a file or postgresql://…, that a tab shows.")
+    ] = None,
 ) -> None:
     """Open a page on this machine with a machine that runs, its circuit, and what its sensors say.
 
     Levers or arrow keys move it; load, oil, wear, drive and thermometer are sliders that the sensor does not see;
-    faults are switches. Other tabs hold a form for descriptions, a drive log that is dropped on it, and data sheets
-    that fill. Needs the extra studio. Ctrl-C ends it.
+    faults are switches. Other tabs hold a form for descriptions, a drive log that is dropped on it, data sheets that
+    fill, and how the machines of a store of histories change. Needs the extra studio. Ctrl-C ends it.
 
     Example: ramsight studio mining-loader --no-show
     """
     from ramsight.studio.web_server import serve
 
-    serve(machine, host=host, port=port, show=show, visitors=visitors)
+    serve(machine, host=host, port=port, show=show, visitors=visitors, history=history)

@@ -23,7 +23,7 @@ from ramsight.studio.worker import FASTEST
 
 STRIPS = ("position", "error", "status", "drive", "pressure")
 """Strips of the page, from above."""
-TABS = ("Live", "Machines", "Logs", "Studies")
+TABS = ("Live", "Machines", "Logs", "Studies", "History")
 """Tabs of the page."""
 _LONGEST = 1000  # letters of a query
 _HOLDS = "hold"

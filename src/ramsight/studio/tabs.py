@@ -19,7 +19,14 @@ from ramsight.studio.visitors import Place
 Build = Callable[[Visit], None]
 
 
-def tabs(prepared: Prepared, session: Session, place: Place, naming: Callable[[str], object], setting: Setting) -> None:
+def tabs(
+    prepared: Prepared,
+    session: Session,
+    place: Place,
+    naming: Callable[[str], object],
+    setting: Setting,
+    history: str | None = None,
+) -> None:
     """Lay the tabs out for one visitor.
 
     Args:
@@ -28,8 +35,9 @@ def tabs(prepared: Prepared, session: Session, place: Place, naming: Callable[[s
         place: of the visitor.
         naming: is passed the name of the machine that runs.
         setting: in which it begins.
+        history: store of histories that is shown, or None.
     """
-    visit = Visit(prepared.described)
+    visit = Visit(prepared.described, history)
     ui.context.client.on_delete(lambda: background_tasks.create(run.io_bound(visit.end)))
     waiting: dict[str, tuple[ui.tab_panel, Build]] = {}
     with ui.tabs().classes("w-full") as row:
@@ -79,5 +87,11 @@ def _studies(visit: Visit) -> None:
     studies_page(visit)
 
 
+def _history(visit: Visit) -> None:
+    from ramsight.studio.history_tab import history_tab
+
+    history_tab(visit)
+
+
 _DESCRIBED = "Machines"
-_LATER: dict[str, Build] = dict(zip(TABS[1:], (_machines, _logs, _studies), strict=True))
+_LATER: dict[str, Build] = dict(zip(TABS[1:], (_machines, _logs, _studies, _history), strict=True))

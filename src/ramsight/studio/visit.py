@@ -13,12 +13,16 @@ from ramsight.studio.draft import Problem
 class Visit:
     """One visitor: his machine, and a folder of his own as long as his page is open.
 
+    Args:
+        machine: that he begins with.
+        history: store of histories that is shown, or None.
+
     Attributes:
         run_live: lets a machine run on the first tab; why it cannot, or None.
     """
 
-    def __init__(self, machine: Machine) -> None:
-        self.machine = machine
+    def __init__(self, machine: Machine, history: str | None = None) -> None:
+        self.machine, self.history = machine, history
         self.run_live: Callable[[Machine], Awaitable[Problem | None]] | None = None
         self._folder = tempfile.TemporaryDirectory(prefix="ramsight-studio-")
         self._callbacks: list[Callable[[Machine], None]] = []

@@ -65,7 +65,7 @@ def title_of(machine: Machine) -> str:
     return f"ramsight studio: {machine.title or machine.name}"
 
 
-def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOST) -> None:
+def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOST, history: str | None = None) -> None:
     """Serve the studio until it is interrupted.
 
     Args:
@@ -74,6 +74,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
         port: to listen at.
         show: whether to open a browser.
         visitors: that are let in at a time.
+        history: store of histories that a tab shows; None for none.
 
     Raises:
         MissingPackageError: the extra `studio` is not installed.
@@ -146,7 +147,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
         if session is None or client.is_deleted:  # the server goes, or he has gone meanwhile
             return None
         with body:
-            tabs(chosen, session, place, named.set_text, asked)
+            tabs(chosen, session, place, named.set_text, asked, history)
         return None
 
     print(one_line(f"ramsight studio: {address(host, port, token)}"), flush=True)
