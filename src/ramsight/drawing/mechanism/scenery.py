@@ -75,7 +75,7 @@ def truck(frame: Sequence[Array]) -> Scenery:
         frame: pins on the machine, [x, z] in m.
 
     Example:
-        >>> truck([np.array([0.0, 0.1])]).chassis[:, 0].max() < 0.0
+        >>> bool(truck([np.array([0.0, 0.1])]).chassis[:, 0].max() < 0.0)
         True
     """
     x = min(float(pin[0]) for pin in frame)
