@@ -70,7 +70,7 @@ def track(
     machine: Machine,
     logs: Annotated[
         list[Path],
-        typer.Argument(metavar="LOG...", help=f"Drive log: {LOG}. Several logs of one duty are laid over each other."),
+        typer.Argument(metavar="log", help=f"Drive log: {LOG}. Several logs of one duty are laid over each other."),
     ],
     unit: DrivenUnit = None,
     start: Annotated[
