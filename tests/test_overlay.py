@@ -51,9 +51,8 @@ def test_the_same_run_on_another_clock_is_the_same():
 def test_bands_overlap_up_to_the_sum_of_their_halves(off, overlap):
     found = laid_over({"a": run(TIME, RAMP), "b": run(TIME, RAMP + off)}, "start", STROKE)
     assert [one.overlap for one in found.readings] == [[overlap]] * SHOWN
-    low, high = found.difference_ends
-    assert low[0] == pytest.approx(off - 2e-3)
-    assert high[0] == pytest.approx(off + 2e-3)
+    assert found.difference_low[0] == pytest.approx(off - 2e-3)
+    assert found.difference_high[0] == pytest.approx(off + 2e-3)
 
 
 def test_another_sample_time_is_interpolated_and_time_that_one_has_not_is_left_out():

@@ -77,14 +77,21 @@ class Overlay:
         return off
 
     @property
-    def difference_ends(self) -> tuple[Array, Array]:
-        """The lowest and the highest one that the bands allow [m]."""
-        return self.low[1:] - self.high[0], self.high[1:] - self.low[0]
+    def difference_low(self) -> Array:
+        """The lowest difference that the bands allow [m]."""
+        off: Array = self.low[1:] - self.high[0]
+        return off
+
+    @property
+    def difference_high(self) -> Array:
+        """The highest one [m]."""
+        off: Array = self.high[1:] - self.low[0]
+        return off
 
     @property
     def overlap(self) -> Array:
-        """Whether the bands overlap: 1 or 0, NaN where one has none, shape (runs - 1, samples)."""
-        low, high = self.difference_ends
+        """1 where the bands overlap, 0 where they do not, NaN where one has none, shape (runs - 1, samples)."""
+        low, high = self.difference_low, self.difference_high
         overlap: Array = np.where(np.isfinite(low + high), (low <= 0.0) & (high >= 0.0), np.nan)
         return overlap
 

@@ -64,7 +64,7 @@ def overlay_figure(runs: Overlay, title: str, path: str | Path, look: Look = SCR
             above.fill_between(runs.time, low, high, color=colour, alpha=0.15, lw=0.0)
             above.plot(runs.time, position, color=colour, ls=dash, lw=1.1, label=verbatim(name))
             if k > 0:
-                least, most = (1e3 * end[k - 1] for end in runs.difference_ends)
+                least, most = (1e3 * end[k - 1] for end in (runs.difference_low, runs.difference_high))
                 below.fill_between(runs.time, least, most, color=colour, alpha=0.15, lw=0.0)
                 below.plot(runs.time, 1e3 * runs.difference[k - 1], color=colour, ls=dash, lw=0.9)
         below.axhline(0.0, color=TRUTH, lw=0.6)
