@@ -60,6 +60,7 @@ nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(abc|ca|casadi|collections|enum|np|numpy|pathlib|pydantic|threading|typing|xarray)\..*"),
     ("py:.*", r"Advance|Compared|AnyMachine|AnyMap|AnyUnit|Vary|Array|ArrayLike|Dataset|Loads|Figure|Path|BaseModel"),
+    ("py:.*", r"Overlay|Reading"),
     ("py:.*", r"ramsight\.(machine\.(catalogue\.Entry|linkage\.Linkage)|plant\.as_built\.U)"),
     ("py:.*", r"ramsight\.(engine|plant\.(circuit|holding|oil|linkage))\..*|CircuitModel"),
     (

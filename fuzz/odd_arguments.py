@@ -89,6 +89,7 @@ def prepare(folder: Path) -> dict[str, Tried]:
         "export_parameters": {**press, "out": "p.h"}, "export_ssp": {**press, "out": "p.ssp"}, "identify": with_log,
         "identify_values": {**press, "runs": []}, "leak_test": with_log, "lift_lower": {**of_boom, "load": _LOAD},
         "load_machine": {"name_or_path": "press"}, "named_faults": {"tracked": track}, "open_log": {"path": "x.csv"},
+        "overlay": {**of_boom, "logs": [track, track]},
         "plot": {"dataset": track}, "read_log": {"log": "x.csv"}, "sensor_for": of_boom,
         "simulate": {**of_boom, "duty": duty}, "simulate_many": {"machines": boom, "duties": [duty]},
         "track": {**with_log, "start": _START},

@@ -3,6 +3,7 @@
 import ctypes
 import itertools
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,12 +18,13 @@ from ramsight.cli import app
 from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.compiler import find_compiler
 from ramsight.errors import DescriptionError, LogError
-from ramsight.logs import write_log
+from ramsight.logs import read_truth, write_log
 from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status
 from ramsight.tracking.comparing import Comparison, Verdict, drift_of, verdicts
 
+TRACES = Path(__file__).parent / "traces" / "unknown"
 DT, BOUND, TOLERANCE = 0.02, 4e-3, 1e-3
 TIME = np.arange(0.0, 10.0, DT)
 TRUE = 0.1 + 0.02 * TIME
@@ -154,6 +156,30 @@ def test_the_command_line_compares(tmp_path, recorded):
     assert over.exit_code != 0, "an input is never written over"
 
 
+def test_in_hindsight_an_offset_is_seen_where_it_begins_and_the_right_one_is_named(tmp_path):
+    log, truth = (TRACES / f"bucket_hot{end}.csv.gz" for end in ("", "_truth"))
+    true = read_truth(truth)
+    time = true["time"].values
+    step = true["position"].values + np.where(time > 200.0, 0.03, 0.0)
+    other = xarray.Dataset({"position": ("time", step)}, {"time": time})
+    bucket = ramsight.build("mining-loader", unit="bucket")
+    live, known = (ramsight.compare(bucket, log, other, hindsight=one) for one in (False, True))
+    assert known.alerts[0][0] == pytest.approx(200.3, abs=0.3)
+    assert known.alerts[0][2] is Verdict.OTHER_WRONG
+    assert live.alerts[0][0] > 205.0, "a live sensor is not sure enough yet"
+    before = known.track["verdict"].values[known.track["time"].values < 200.0]
+    assert (before == Verdict.AGREE).all()
+    assert (live.track["verdict"].values[: len(before)] == Verdict.UNCHECKED).any()
+    words = ["compare", "mining-loader", str(log), "--unit", "bucket"]
+    rod = tmp_path / "rod.csv"
+    rod.write_text("time_s,position_m\n" + "".join(f"{t:.3f},{x:.6f}\n" for t, x in zip(time, step, strict=True)))
+    done = CliRunner().invoke(app, [*words, str(rod), "--hindsight"])
+    assert done.output.splitlines() == known.text.splitlines()
+    alone = CliRunner().invoke(app, [*words, "--hindsight", *CHANCES])
+    assert alone.exit_code != 0, "there is nothing to compare"
+
+
+CHANCES = ("--dc", "90 %", "--false-alarms", "1e-5/h", "--other-std", "1 mm", "--drift", "20 mm")
 SHIM = """
 #include "ramsight_boom_compare.h"
 static ramsight_boom_compare c;

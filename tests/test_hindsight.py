@@ -298,17 +298,30 @@ def innovations(*all_of_them):
 
 def test_what_a_measurement_shows_that_nobody_assumed():
     position = np.linspace(0.0, 0.5, 11)
-    expected = innovations((10, 10.0, 0.5, 0.01, True)).unknown(position)
+    expected = innovations((10, 10.0, 0.5, 0.01, True)).unknown(position, 0)
     assert not expected.any(), "no more than was assumed"
-    walked = innovations((4, 4.0, 0.2, 0.01, True), (10, 10.0, 4.0, 0.02, True)).unknown(position)
+    walked = innovations((4, 4.0, 0.2, 0.01, True), (10, 10.0, 4.0, 0.02, True)).unknown(position, 0)
     excess = 0.02**2 * (1.0 - 1.0 / 4.0)
     assert not walked[:5, 0].any()
     assert walked[10, 0] == pytest.approx(excess)
     assert walked[7] == pytest.approx([0.5 * excess, 0.5 * excess])
     assert not walked[10:, 1].any()
-    assert not innovations((10, 10.0, 50.0, 0.02, False)).unknown(position).any(), "a measurement of something else"
-    assert innovations((10, 10.0, math.nan, 0.02, True)).unknown(position)[10, 0] == pytest.approx(0.02**2)
-    assert not innovations((10, 10.0, 9.0, 0.02, True)).unknown(np.zeros(11)).any(), "a piston that stands"
+    assert not innovations((10, 10.0, 50.0, 0.02, False)).unknown(position, 0).any(), "a measurement of something else"
+    assert innovations((10, 10.0, math.nan, 0.02, True)).unknown(position, 0)[10, 0] == pytest.approx(0.02**2)
+    assert not innovations((10, 10.0, 9.0, 0.02, True)).unknown(np.zeros(11), 0).any(), "a piston that stands"
+
+
+def test_what_the_first_measurement_shows_of_an_entered_start_is_in_all_samples_before_it():
+    position = np.linspace(0.0, 0.5, 11)
+    both = innovations((4, 4.0, math.nan, 0.02, True), (6, 6.0, 4.0, 0.01, True), (10, 10.0, 4.0, 0.02, True))
+    found, walked = both.unknown(position, 7), both.unknown(position, 0)
+    put_back, first = 0.02**2, 0.01**2 * (1.0 - 1.0 / 4.0)
+    assert found[:5, 0] == pytest.approx(put_back + first)
+    assert found[5:7, 0] == pytest.approx(first)
+    assert found[:4, 1] == pytest.approx(put_back + first)
+    assert found[4:6, 1] == pytest.approx(first)
+    assert found[7:] == pytest.approx(walked[7:]), "after it nothing is the start's"
+    assert walked[1, 0] < found[1, 0]
 
 
 def test_innovations_are_taken_as_they_come():
@@ -383,6 +396,25 @@ def test_beside_it_stands_what_the_live_sensor_says_to_the_last_digit(bucket):
     assert set(back.further) == {one for one in back.track.names if one.startswith("live_")} | {"nis"}
 
 
+def test_what_passed_a_relief_valve_has_shown_at_the_next_measurement(bucket):
+    tracer, pieces, back, live = bucket
+    last = np.flatnonzero(np.isfinite(back.track["nis"].values))[-1]
+    near = live["status"].values == Status.NEAR_RELIEF
+    status = back.track["status"].values
+    assert near[:last].sum() > 100
+    assert not (status[:last] == Status.NEAR_RELIEF).any()
+    assert (near[last:] == (status[last:] == Status.NEAR_RELIEF)).all()
+    # A thermometer that is lost meanwhile is said all the same.
+    at = int(np.flatnonzero(near)[0])
+    piece = Signals.of(pieces[0]).rows(slice(0, last + 1))
+    lost = piece["oil_temperature"].values.copy()
+    lost[at - 50 : at + 50] = np.nan
+    tracer.sensor.start(None)
+    without = looked_back(tracer, [piece.replaced({"oil_temperature": lost})], tracer.sensor.state, names=())
+    assert without.track["live_status"].values[at] == Status.NEAR_RELIEF
+    assert without.track["status"].values[at] == Status.TEMPERATURE_LOST
+
+
 def test_blocks_change_nothing(bucket, monkeypatch):
     tracer, pieces, *_ = bucket
     short = [Signals.of(pieces[0]).rows(slice(0, 9000))]
@@ -422,7 +454,7 @@ def test_a_position_that_is_never_known_stays_unknown(bucket):
     assert ways_of(tracer.sensor.state) == 6
 
 
-@pytest.mark.parametrize("off", [0.015, -0.015, 0.04])
+@pytest.mark.parametrize("off", [0.015, -0.015, 0.04, -0.04])
 def test_a_wrong_start_is_said_to_be_uncertain_or_is_corrected(off):
     built, name = unit(), TRACES / "unknown" / "bucket_hot"
     log, truth = read_log(f"{name}.csv.gz"), read_truth(f"{name}_truth.csv.gz")

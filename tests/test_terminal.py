@@ -49,7 +49,8 @@ VERBS = {
     "draw": "{machine} --out {folder}; {none} --out {folder}",
     "simulate": "{machine} --log {folder}; mining-loader --unit {log}",
     "datasheet": "{machine} --out {folder}; mining-loader --unit boom --log {columns} --out {none}",
-    "track": "mining-loader {columns} --unit boom; {machine} {log} --map {map}; mining-loader {log} --unit {log}",
+    "track": "mining-loader {columns} --unit boom; {machine} {log} --map {map}; mining-loader {log} --unit {log}; "
+    "mining-loader {log} {log} --unit boom --start 0.1 --at {log}",
     "compare": "mining-loader {columns} {log} --unit boom",
     "leak-test": "mining-loader {columns} --unit boom; {machine} {log}",
     "identify": "mining-loader {columns} --unit boom --truth {log}; {machine} {log}",

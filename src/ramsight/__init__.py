@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ramsight.api.histories import history, history_add, history_event, history_report
     from ramsight.api.live_plant import LivePlant
     from ramsight.api.machines import catalogue
+    from ramsight.api.overlaying import overlay
     from ramsight.api.plotting import plot
     from ramsight.api.second_channel import compare
     from ramsight.api.shared_reports import check_shared
@@ -73,8 +74,8 @@ __all__ = [
     "compare", "derive_tolerance", "diagnostic_coverage", "draw", "drive_report", "duty_for", "export_c",
     "export_fmeda", "export_fmu", "export_page", "export_parameters", "export_ssp", "export_wasm", "history",
     "history_add", "history_event", "history_report", "identify",
-    "identify_values", "leak_test", "lift_lower", "load_machine", "named_faults", "open_log", "plot", "read_log",
-    "sensor_for", "simulate", "simulate_many", "track",
+    "identify_values", "leak_test", "lift_lower", "load_machine", "named_faults", "open_log", "overlay", "plot",
+    "read_log", "sensor_for", "simulate", "simulate_many", "track",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # so that a type checker sees the imports above, and knows every other name for a mistake
@@ -90,6 +91,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.histories": ("history", "history_add", "history_event", "history_report"),
         "api.live_plant": ("LivePlant",),
         "api.machines": ("catalogue",),
+        "api.overlaying": ("overlay",),
         "api.plotting": ("plot",),
         "api.simulating": ("drive_report", "simulate"),
         "api.simulating_many": ("simulate_many",),

@@ -95,6 +95,7 @@ def compare(
     time_to_alert: Quantity = TIME_TO_ALERT,
     start: Quantity | None = None,
     channel_map: AnyMap | None = None,
+    hindsight: bool = False,
     progress: bool = False,
 ) -> Compared:
     """Hold a real position sensor against the virtual one, in motion and at rest.
@@ -109,6 +110,8 @@ def compare(
         time_to_alert: for which they have to be apart before one of them is reported as wrong [s], 0 to 1 min.
         start: position at the first sample [m], as `ramsight.track`'s; two sensors agree on it.
         channel_map: of a file.
+        hindsight: judge by where the piston was by all of the log, and not by what a live virtual sensor knew: which of
+            the two was wrong, and when, and not how soon it is found.
         progress: show a bar on a terminal if it takes long.
 
     Returns:
@@ -133,7 +136,7 @@ def compare(
     alert = argument(time_to_alert, "s", "time_to_alert", least="0 s", most=f"{LONGEST_ALERT:g} s")
     if start is not None:
         built = assuming(built, SURE_START)
-    tracked = track(built, log, start, channel_map=channel_map, progress=progress)
+    tracked = track(built, log, start, channel_map=channel_map, hindsight=hindsight, progress=progress)
     true = truth_of(other)
     time, known = tracked["time"].values, np.isfinite(true["time"].values)
     when, where = true["time"].values[known], true["position"].values[known]

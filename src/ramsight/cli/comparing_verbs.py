@@ -49,6 +49,14 @@ def compare(
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="Which of the log's channels are what: a TOML file.")
     ] = None,
+    hindsight: Annotated[
+        bool,
+        typer.Option(
+            "--hindsight",
+            help="Judge by where the piston was by all of the log, and not by what a live virtual sensor knew: the "
+            "wrong one is named more often.",
+        ),
+    ] = False,
     out: Annotated[Path | None, typer.Option(help="Both positions and the verdicts: .csv, .csv.gz, .parquet.")] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
     strict: Strict = False,
@@ -68,7 +76,7 @@ def compare(
     unit = named_unit(machine, unit)
     give(unit=unit)
     asked = {"--dc": dc, "--false-alarms": false_alarms, "--other-std": other_std, "--drift": drift}
-    _check_asked(asked, within, other, tolerance, {"--out": out, "--figure": figure})
+    _check_asked(asked, within, other, tolerance, {"--out": out, "--figure": figure, "--hindsight": hindsight or None})
     from ramsight.api.second_channel import compare as compared
     from ramsight.optional import check_extra
     from ramsight.output import FIGURE_FILES, check_apart, check_installed, check_target
@@ -108,6 +116,7 @@ def compare(
             time_to_alert=time_to_alert,
             start=start,
             channel_map=channel_map,
+            hindsight=hindsight,
             progress=True,
         )
         if out is not None:
@@ -124,7 +133,7 @@ def _check_asked(
     within: str | None,
     other: Path | None,
     tolerance: str | None,
-    results: dict[str, Path | None],
+    results: dict[str, Path | bool | None],
 ) -> None:
     """Refuse options that do not go together.
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from ramsight.cli.common import (
     LOG,
     ChannelMapFile,
-    DriveLog,
     DrivenUnit,
     Machine,
     Requirement,
@@ -68,7 +68,10 @@ def logs_inspect(
 
 def track(
     machine: Machine,
-    log: DriveLog,
+    logs: Annotated[
+        list[Path],
+        typer.Argument(metavar="log", help=f"Drive log: {LOG}. Several logs of one duty are laid over each other."),
+    ],
     unit: DrivenUnit = None,
     start: Annotated[
         str | None,
@@ -136,6 +139,19 @@ def track(
     both: Annotated[
         bool, typer.Option("--both", help="Write beside it what the live sensor says, and the NIS of each measurement.")
     ] = False,
+    align: Annotated[
+        str | None,
+        typer.Option(
+            help="Of several logs, what is at 0 s of each: start, the first sample, or reference, the first end that "
+            "the sensor met or the first reference [default: start]."
+        ),
+    ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='Read several logs at this instant, "12 s"; may be repeated [default: at the largest differences].'
+        ),
+    ] = None,
     require: Requirement = None,
     strict: Strict = False,
 ) -> None:
@@ -149,10 +165,29 @@ def track(
     velocity, load, pressures and what it learned. With a --truth and a requirement the exit code is 1 if that is
     missed; with --strict also if no sample has a position.
 
+    Several logs of one duty, of one machine before and after a repair or of two of a kind, are laid over each other:
+    how far each is from the first, and whether their 95 % bands overlap. Where they do not, the runs differ by more
+    than the sensor is unsure. The table then has a row for each sample of the first log.
+
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     Example: ramsight track mining-loader log.csv.gz --unit boom --hindsight --figure track.png
+    Example: ramsight track mining-loader monday.csv friday.csv --unit boom --align reference --figure both.png
     """
     unit = named_unit(machine, unit)
+    if len(logs) > 1:
+        alone = {
+            "--state": state, "--truth": truth, "--belief": belief, "--both": both or None, "--require": require,
+            "--alarm-limit": alarm_limit, "--time-to-alert": time_to_alert,
+        }  # fmt: skip
+        _refuse(alone, "is of one log alone")
+        options = {
+            "start": start, "start_std": start_std, "sensor": sensor, "channel_map": channel_map, "hindsight": hindsight
+        }  # fmt: skip
+        with strictly(is_strict=strict):
+            _overlaid(machine, unit, logs, (align or "start", at or []), options, out, (figure, width, style))
+        return
+    log = logs[0]
+    _refuse({"--align": align, "--at": at or None}, "needs several logs")
     from ramsight.api.plotting import look_of
     from ramsight.api.requirements import achieved, required_unit
     from ramsight.api.tracking import availability_of, follow, start_of
@@ -225,6 +260,68 @@ def track(
             say_error("no sample has a position: no end stop and no reference was met, and no --start was given")
         if useless or (check is not None and true is not None and not check.is_met):
             raise typer.Exit(1)
+
+
+def _refuse(passed: Mapping[str, object], why: str) -> None:
+    """Refuse the first option that was passed and is of no use.
+
+    Raises:
+        DescriptionError: there is one.
+    """
+    from ramsight.errors import DescriptionError
+
+    for name, value in passed.items():
+        if value is not None:
+            raise DescriptionError(why, key=name, value=value)
+
+
+def _overlaid(
+    machine: str,
+    unit: str,
+    logs: list[Path],
+    asked: tuple[str, list[str]],
+    options: Mapping[str, Any],
+    out: Path | None,
+    drawn: tuple[Path | None, str | None, str],
+) -> None:
+    """Several logs laid over each other.
+
+    Args:
+        machine: that they are of.
+        unit: of it.
+        logs: two at least.
+        asked: what is at 0 s, and at which instants to read.
+        options: of `ramsight.track`.
+        out: the table.
+        drawn: the figure's file, width and style.
+    """
+    from ramsight.api.overlaying import overlay
+    from ramsight.api.plotting import look_of
+    from ramsight.optional import check_extra
+    from ramsight.output import check_apart, check_figure, check_installed, check_target
+    from ramsight.tracking.figures import verbatim
+    from ramsight.tracking.overlay_figure import overlay_figure, write_overlay
+
+    figure, width, style = drawn
+    check_target(out, (".csv", ".csv.gz", ".parquet"))
+    if out is not None:
+        check_installed(out)
+    check_figure(figure)
+    check_extra("datasets")
+    read: dict[str, str | Path | None] = {
+        "the machine": machine, "--sensor": options["sensor"], "--map": options["channel_map"],
+        **{f"log {k}": log for k, log in enumerate(logs, start=1)},
+    }  # fmt: skip
+    check_apart(read, {"--out": out, "--figure": figure})
+    look = look_of(width, style, is_drawn=figure is not None)
+    runs = overlay(machine, logs, unit=unit, align=asked[0], at=asked[1], progress=True, **options)
+    if out is not None:
+        write_overlay(runs, out)
+    if figure is not None:
+        overlay_figure(runs, verbatim(f"{machine}, {unit}: {len(logs)} runs"), figure, look)
+    give(unit=unit, **runs.figures)
+    say_lines(runs.text)
+    say_written(out, figure)
 
 
 def _check_files(

@@ -32,6 +32,7 @@ class Forward:
         said: what the sensor said, by its names.
         log_weight: of the hypotheses after the last sample.
         innovations: the measurements of the place.
+        by_start: how many samples there are until a place is measured, if a start was entered; else 0.
     """
 
     tracer: Tracer
@@ -40,6 +41,7 @@ class Forward:
     said: dict[str, Array]
     log_weight: Array
     innovations: Innovations
+    by_start: int
 
     def blocks(self) -> list[slice]:
         """The samples of each block, in order."""
@@ -75,18 +77,20 @@ def gone_through(
         names: of the sensor's outputs that are kept.
         advance: is passed the share of the log that was done since the last call.
     """
-    states, innovations, log_weight = [begun.copy()], Innovations(), np.empty(0)
+    states, innovations, log_weight, by_start = [begun.copy()], Innovations(), np.empty(0), 0
     said = {name: np.empty(len(inputs)) for name in names}
     for span in _blocks(len(inputs)):
         state = states[-1].copy()
         rows = tracer.rows(inputs[span], state)
         for name, column in said.items():
             column[span] = rows[:, tracer.names.index(name)]
-        innovations.append(span.start, time[span], tracer.aside(rows))
+        aside = tracer.aside(rows)
+        innovations.append(span.start, time[span], aside)
+        by_start += int((aside["by_start"] > 0.0).sum())
         states.append(state)
         log_weight = tracer.log_weight(rows)[-1].copy()
         advance(len(rows) / len(inputs))
-    return Forward(tracer, inputs, states, said, log_weight, innovations)
+    return Forward(tracer, inputs, states, said, log_weight, innovations, by_start)
 
 
 def _blocks(samples: int) -> Iterator[slice]:

@@ -106,14 +106,15 @@ class Innovations:
         named = ", ".join(odd[:NAMED]) + (f" and {len(odd) - NAMED} times more" if len(odd) > NAMED else "")
         return f"{line}; not as expected at {named}" if odd else line
 
-    def unknown(self, position: Array) -> Array:
+    def unknown(self, position: Array, by_start: int) -> Array:
         """Variance of the position by what changed unknown since it was measured last [m2], shape (samples, 2).
 
         A position that was off by nu where S was expected has walked by nu^2 - S more than was assumed: as much of it
-        as of the way has been gone.
+        as of the way has been gone. One by an entered start was off by that from the first sample on.
 
         Args:
             position: of the live sensor, by sample [m]; for the way alone.
+            by_start: how many samples there are until a place is measured, if a start was entered; else 0.
 
         Returns:
             Before a measurement in that sample, and after it.
@@ -125,7 +126,10 @@ class Innovations:
             if not one.accepted:
                 continue
             whole = way[one.sample] - way[before]
-            if one.excess > 0.0 and whole > 0.0:
+            if one.sample < by_start:
+                found[: one.sample + 1, 0] += one.excess
+                found[: one.sample, 1] += one.excess
+            elif one.excess > 0.0 and whole > 0.0:
                 share = (way[before : one.sample + 1] - way[before]) / whole
                 found[before + 1 : one.sample + 1, 0] = one.excess * share[1:]
                 found[before : one.sample, 1] = one.excess * share[:-1]

@@ -131,7 +131,7 @@ def _backward(gone: Forward, advance: Advance) -> _Backward:
     """The smoother, block after block from the last one."""
     tracer, samples = gone.tracer, len(gone.inputs)
     stroke = float(tracer.unit.cylinder.stroke)
-    unknown = gone.innovations.unknown(gone.said[POSITION])
+    unknown = gone.innovations.unknown(gone.said[POSITION], gone.by_start)
     hypotheses = len(gone.log_weight)
     position, variance = np.empty((samples, hypotheses)), np.empty((samples, hypotheses))
     found: dict[str, Array] = {}
@@ -148,6 +148,9 @@ def _backward(gone: Forward, advance: Advance) -> _Backward:
             found.setdefault(name, np.empty(samples))[span] = one
         advance((span.stop - span.start) / samples)
     aside = {name: found.pop(name) for name in ASIDE_SAID}
+    # What passed a relief valve has shown at the next measurement of the place.
+    last = max((one.sample for one in gone.innovations.measured if one.accepted), default=0)
+    aside["status"][:last] = aside["beneath"][:last]
     positions = Positions.within_cylinder(position, variance, gone.log_weight, stroke)
     return _Backward(positions, aside, found)
 

@@ -30,7 +30,7 @@ from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST
 
 Array = NDArray[np.float64]
 _BESIDE = ("others", "unseen", "unseen_most", "offset", "width", "wrong")
-ASIDE_SAID = (*_BESIDE, "status")
+ASIDE_SAID = (*_BESIDE, "status", "beneath")
 """What of a sample's trace is needed beside the hypotheses."""
 _SAID = ("below", "above", "std", "bound", "due", "too_uncertain")
 _AT_ONCE = 65536  # samples: what is worked out of them takes some megabytes
