@@ -91,6 +91,7 @@ def prepare(folder: Path) -> dict[str, Tried]:
         "load_machine": {"name_or_path": "press"}, "named_faults": {"tracked": track}, "open_log": {"path": "x.csv"},
         "plot": {"dataset": track}, "read_log": {"log": "x.csv"}, "sensor_for": of_boom,
         "simulate": {**of_boom, "duty": duty}, "simulate_many": {"machines": boom, "duties": [duty]},
+        "weigh": {"machine": "mining-loader", "logs": log, "start": _START},
         "tool_place": {"machine": "mining-loader", "tracks": {_UNIT: track}}, "track": {**with_log, "start": _START},
     }  # fmt: skip
     functions = {name: Tried(lambda name=name: getattr(ramsight, name), passed) for name, passed in good.items()}

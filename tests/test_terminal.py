@@ -51,6 +51,7 @@ VERBS = {
     "datasheet": "{machine} --out {folder}; mining-loader --unit boom --log {columns} --out {none}",
     "track": "mining-loader {columns} --unit boom; {machine} {log} --map {map}; mining-loader {log} --unit {log}",
     "compare": "mining-loader {columns} {log} --unit boom",
+    "weigh": "mining-loader {columns} --at bucket={log}; {machine} {log}; mining-loader {log} --known {log}={log}",
     "leak-test": "mining-loader {columns} --unit boom; {machine} {log}",
     "identify": "mining-loader {columns} --unit boom --truth {log}; {machine} {log}",
     "calibrate": "{machine} --out {folder}",

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from ramsight.api.tolerance_deriving import derive_tolerance
     from ramsight.api.tool_places import tool_place
     from ramsight.api.tracking import sensor_for, track
+    from ramsight.api.weighing import weigh
     from ramsight.calibration.identify_record import IdentifyError
     from ramsight.calibration.leakage import LeakTestError
     from ramsight.duty.drive_response import DriveResponse
@@ -76,6 +77,7 @@ __all__ = [
     "history_add", "history_event", "history_report", "identify",
     "identify_values", "leak_test", "lift_lower", "load_machine", "named_faults", "open_log", "plot", "read_log",
     "sensor_for", "simulate", "simulate_many", "tool_place", "track",
+    "weigh",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # so that a type checker sees the imports above, and knows every other name for a mistake
@@ -98,6 +100,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.tolerance_deriving": ("derive_tolerance",),
         "api.tool_places": ("tool_place",),
         "api.tracking": ("sensor_for", "track"),
+        "api.weighing": ("weigh",),
         "calibration.identify_record": ("IdentifyError",),
         "calibration.leakage": ("LeakTestError",),
         "duty.drive_response": ("DriveResponse",),

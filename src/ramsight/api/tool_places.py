@@ -125,11 +125,23 @@ def others_of(
     held = held_at(linked, at)
     tracks = {}
     for name, log in logs.items():
-        tracks[name] = _followed(linked, known_unit(linked, name), log, held.pop(name, None), channel_map)
+        tracks[name] = followed(linked, known_unit(linked, name), log, held.pop(name, None), channel_map)
     return Others(tracks, held)
 
 
-def _followed(linked: LinkedMachine, name: str, log: Any, start: float | None, channel_map: AnyMap | None) -> Signals:
+def followed(linked: LinkedMachine, name: str, log: Any, start: float | None, channel_map: AnyMap | None) -> Signals:
+    """The track of a unit's log, with velocity and load.
+
+    Args:
+        linked: the machine.
+        name: of the unit.
+        log: as `track` takes it.
+        start: where its piston is at first [m]; None if unknown.
+        channel_map: of a file.
+
+    Raises:
+        DescriptionError: the log has no samples.
+    """
     done = follow(
         linked.unit(name), log, channel_map, sensor="kalman", start=start, start_std=START_STD, keep_track=True,
         more=("velocity", "load", "load_std", "load_age"),
