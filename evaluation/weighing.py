@@ -32,7 +32,7 @@ from ramsight.signals import Signal, Signals
 from ramsight.study.datasheet.drawn import Drawn, draw, ready
 from ramsight.study.datasheet.quantities import varied
 from ramsight.tool import weighing_limits as limit
-from ramsight.tool.scale import Scale, described_scale
+from ramsight.tool.force_scale import Scale, described_scale
 from ramsight.tool.unit_tracks import Others, Rods
 from ramsight.tool.weighing_events import Plain, Quality, Scene, lifts, weighed
 from ramsight.units import RPM

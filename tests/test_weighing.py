@@ -16,8 +16,8 @@ from ramsight.logs import write_log
 from ramsight.plant.linkage import angles, holding_forces, joints
 from ramsight.plant.linked import build_linked
 from ramsight.tool.force_balance import balance
+from ramsight.tool.force_scale import described_scale
 from ramsight.tool.lift_windows import smoothed, windows
-from ramsight.tool.scale import described_scale
 from ramsight.tool.weighing_events import Plain, Quality, weighed
 from ramsight.tool.weighing_limits import SHORTEST
 
@@ -124,6 +124,18 @@ def test_a_pause_of_some_samples_does_not_end_a_lift():
         speed = np.full(len(time), 0.03)
         speed[150 : 150 + pause] = 0.0
         assert len(windows(time, speed, np.ones(len(time), bool), STROKE, 1.0)) == count
+
+
+def test_a_motion_does_not_go_on_over_a_gap_of_the_log():
+    time = np.concatenate([np.arange(0.0, 3.0, 0.02), np.arange(13.0, 16.0, 0.02)])
+    found = windows(time, np.full(len(time), 0.03), np.ones(len(time), bool), STROKE, 1.0)
+    assert [round(one.moving, 1) for one in found] == [3.0, 3.0]
+
+
+def test_repeated_times_are_no_samples(shift):
+    twice = shift.isel(time=np.sort([*range(shift.sizes["time"]), 700, 900]))
+    one = ramsight.weigh("mining-loader", twice, start="70 mm", at=LEVEL).weighings[0]
+    assert one.is_good
 
 
 def test_smoothing_keeps_a_straight_line():

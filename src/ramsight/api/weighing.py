@@ -20,7 +20,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing
 from ramsight.plant.linked import build_linked
 from ramsight.signals import Dataset
-from ramsight.tool.scale import TERMS, UNITS, Scale, described_scale
+from ramsight.tool.force_scale import TERMS, UNITS, Scale, described_scale
 from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing, is_same_load, lifts, weighed
 from ramsight.tool.weighing_limits import EMPTY_SHARE, KNOWN_STD
 from ramsight.units import argument, format_si

@@ -59,8 +59,9 @@ def windows(time: Array, velocity: Array, shown: Bools, stroke: float, lift_sign
         (True, 5.0, slice(91, 279, None))
     """
     found = []
+    follows = np.diff(time, prepend=time[:1]) <= BRIDGED  # a motion does not go on over a gap of the log
     for sign in (1.0, -1.0):
-        moves = shown & (sign * lift_sign * np.nan_to_num(velocity) > MOVING * stroke)
+        moves = shown & follows & (sign * lift_sign * np.nan_to_num(velocity) > MOVING * stroke)
         for first, end in _bridged(time, true_intervals(moves)):
             begins = int(np.searchsorted(time, time[first] + SETTLES))
             ends = int(np.searchsorted(time, time[end - 1] - SLOWS))

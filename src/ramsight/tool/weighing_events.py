@@ -20,10 +20,10 @@ import numpy as np
 from ramsight.arrays import Array
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.linked import LinkedMachine
-from ramsight.signals import Samples
+from ramsight.signals import Signals
 from ramsight.tool.force_balance import Balance, balance
+from ramsight.tool.force_scale import Scale
 from ramsight.tool.lift_windows import Window, smoothed, windows
-from ramsight.tool.scale import Scale
 from ramsight.tool.unit_tracks import Others, Rods
 from ramsight.tool.weighing_limits import (
     BLOCK,
@@ -154,30 +154,28 @@ class Scene:
         return Balance(*(sign * one for one in vars(found).values()))
 
 
-def lifts(scene: Scene, track: Samples) -> list[Plain]:
+def lifts(scene: Scene, track: Signals) -> list[Plain]:
     """All motions of a log as lifts by the described machine.
 
     Args:
         scene: the machine and its other units.
         track: of the unit that lifts, with position, velocity, load, load_std, load_age and status.
     """
+    track = track.rows(np.diff(track["time"].values, prepend=-np.inf) > 0.0)
     time = track["time"].values
     if len(time) < 3:
         return []
-    rods = scene.others.rods(scene.machine, scene.unit, track)
-    column = scene.machine.mechanism.cylinders.index(scene.unit)
     unit = scene.machine.unit(scene.unit)
     shown = track["load_age"].values <= 0.0
-    own = track["velocity"].values
-    found = windows(time, own, shown, unit.cylinder.stroke, unit.lift_sign)
-    velocity = smoothed(time, np.nan_to_num(np.column_stack([*rods.velocity.T])))
-    velocity[:, column] = smoothed(time, np.nan_to_num(own)[:, None])[:, 0]
-    moving = replace(rods, velocity=velocity)
-    acceleration = np.gradient(velocity, time, axis=0)
-    return [_lift(scene, track, moving, acceleration, window, column) for window in found]
+    found = windows(time, track["velocity"].values, shown, unit.cylinder.stroke, unit.lift_sign)
+    rods = scene.others.rods(scene.machine, scene.unit, track)
+    rods = replace(rods, velocity=smoothed(time, np.nan_to_num(rods.velocity)))
+    acceleration = np.gradient(rods.velocity, time, axis=0)
+    column = scene.machine.mechanism.cylinders.index(scene.unit)
+    return [_lift(scene, track, rods, acceleration, window, column) for window in found]
 
 
-def _lift(scene: Scene, track: Samples, rods: Rods, acceleration: Array, window: Window, column: int) -> Plain:
+def _lift(scene: Scene, track: Signals, rods: Rods, acceleration: Array, window: Window, column: int) -> Plain:
     rows, time = window.rows, track["time"].values
     here = Rods(rods.position[rows], rods.velocity[rows], rods.std[rows])
     force, force_std = track["load"].values[rows], track["load_std"].values[rows]
