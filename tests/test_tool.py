@@ -137,6 +137,17 @@ def test_the_verb_writes_the_place_beside_the_position(tmp_path):
     assert (tmp_path / "t.png").stat().st_size > 10_000
 
 
+def test_the_place_is_said_in_hindsight_too(tmp_path):
+    words = ("track", "mining-loader", LOG, "--unit", "boom", "--start", "100 mm", "--tool", "boom.centre_of_mass")
+    for more in (("--hindsight",), ("--hindsight", "--both"), ("--sensor", "balance")):
+        done = at_once(*words, *more, "--out", tmp_path / "t.csv", "--tool-figure", tmp_path / "t.svg")
+        assert done.returncode == 0, done.stderr
+        head, first = (tmp_path / "t.csv").read_text().splitlines()[:2]
+        row = dict(zip(head.split(","), first.split(","), strict=True))
+        assert 0.0 < float(row["tool_height_m"]) < 3.0
+        assert (row["tool_height_std_m"] == "") == (more[0] == "--sensor"), "the balance states no deviation"
+
+
 def test_what_is_of_a_tool_needs_one():
     done = at_once("track", "mining-loader", LOG, "--unit", "boom", "--at", "bucket=250 mm")
     assert done.returncode == 2

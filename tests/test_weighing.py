@@ -203,6 +203,8 @@ def test_masses_are_right_and_lowering_is_no_weighing(found):
     for one, mass in zip(found.weighings, MASSES, strict=True):
         assert abs(one.mass - mass) < 40.0
         assert one.low < mass < one.high
+    gain, by_direction = found.weighings[0].row[:2]
+    assert abs(by_direction) < 0.05 * gain, "up and down differ in sign alone"
     assert found.total == pytest.approx(sum(MASSES), abs=60.0)
     assert found.cycles == 2, "the empty bucket is no load"
     shared = math.hypot(*(one.std for one in found.weighings[1:]))
@@ -226,9 +228,19 @@ def test_a_torque_that_is_wrong_is_learned_from_a_known_mass(shift):
     assert zero.scale.std[2] < 0.8 * plainly.scale.std[2]
 
 
-def test_a_slope_that_is_not_declared_is_an_error(shift, found):
-    uphill = ramsight.weigh("mining-loader", shift, start="70 mm", at=LEVEL, inclination="5 deg")
-    assert abs(uphill.weighings[2].mass - found.weighings[2].mass) > 20.0
+def test_a_declared_slope_is_allowed_for(script):
+    """The machine of `make study` that stands with its front 5 degrees up."""
+    uphill = replace(LINKED, mechanism=script("weighing").tilt(LOADER, math.radians(5.0)))
+    log = ramsight.drive_report(unit_run(simulate_linked(uphill, lifting(uphill, [6000.0])), "boom"))
+    masses = {
+        slope: ramsight.weigh("mining-loader", log, start="70 mm", at=LEVEL, inclination=f"{slope} deg")
+        .weighings[0]
+        .mass
+        for slope in (5, 0, -5)
+    }
+    assert abs(masses[5] - 6000.0) < 40.0
+    assert abs(masses[0] - 6000.0) > 60.0
+    assert abs(masses[-5] - 6000.0) > 120.0
 
 
 def changed(course):

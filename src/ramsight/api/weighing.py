@@ -63,7 +63,7 @@ class Weighed:
 
     @property
     def columns(self) -> dict[str, Any]:
-        """A row a weighing, for a table: names with their units."""
+        """Columns of a table with a row a weighing, by names that end in their units."""
         rows = self.weighings
         numbers = {
             "time_s": "time", "duration_s": "duration", "mass_kg": "mass", "mass_std_kg": "std",

@@ -51,7 +51,7 @@ class Scale:
 
         Args:
             plain: mass by the described machine [kg].
-            row: its change by each term.
+            row: its change by each term [kg, kg, kg/N, kg/N].
             known: the mass [kg].
             std: deviation of a weighing by itself, and of the known mass [kg].
 

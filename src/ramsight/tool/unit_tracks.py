@@ -68,7 +68,8 @@ def _at(track: Samples, time: Array) -> tuple[Array, Array, Array]:
     """Position, velocity and deviation at times [s]; NaN outside the track, and where its position is invalid."""
     known = track["time"].values
     position = np.where(is_invalid(track["status"].values), np.nan, track["position"].values)
-    columns = (position, track["velocity"].values, half_band(track) / TWO_SIDED_95)
+    velocity = track["velocity"].values if "velocity" in track else np.full(len(known), np.nan)  # a place needs none
+    columns = (position, velocity, half_band(track) / TWO_SIDED_95)
     if np.array_equal(known, time):
         return columns
     return tuple(np.interp(time, known, one, left=np.nan, right=np.nan) for one in columns)  # type: ignore[return-value]
