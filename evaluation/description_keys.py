@@ -12,7 +12,7 @@ from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import Part, part_class
 from ramsight.machine.declare import declaration, explain
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
-from ramsight.machine.linkage import Linkage, LinkageCylinder, Payload, SlidingBody, TurningBody
+from ramsight.machine.linkage import Attachment, Linkage, LinkageCylinder, Payload, SlidingBody, TurningBody
 from ramsight.machine.placed import PLACED
 from ramsight.machine.tolerances import KINDS, Tolerances
 
@@ -24,6 +24,7 @@ LINKAGE: dict[str, type[Part]] = {
     "linkage.bodies.NAME, sliding": SlidingBody,
     "linkage.cylinders.UNIT": LinkageCylinder,
     "linkage.payload": Payload,
+    "linkage.points.NAME": Attachment,
 }
 """Tables of a mechanism, and what holds their keys."""
 

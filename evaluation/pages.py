@@ -28,9 +28,11 @@ import profiles
 import real_machine
 import second_channel
 import signal_sets
+import tool_edge
 import tuned_sensor
 import undisturbed
 import unit_control
+import weighing
 import wrong_descriptions
 from page_tables import constant_table, drive_map_table, fault_table, object_table, quality_table, shared_table
 
@@ -257,6 +259,7 @@ def all_tables(found: dict[str, Any]) -> dict[str, list[str]]:
     tables["second_channel"] = second_channel.table(found["second_channel"])
     tables |= {name: table(found["loader_control"]) for name, table in LOADER_TABLES.items()}
     tables |= hindsight.tables(found["hindsight"])
+    tables |= weighing.tables(found["weighing"]) | {"tool_edge": tool_edge.table(found["tool_edge"])}
     return tables | {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()}
 
 

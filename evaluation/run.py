@@ -36,9 +36,11 @@ import recorded
 import second_channel
 import starts
 import structure
+import tool_edge
 import tuned_sensor
 import undisturbed
 import unit_control
+import weighing
 import work_days
 import wrong_descriptions
 
@@ -128,6 +130,8 @@ STUDIES = {
     "hindsight": whole("logs looked back at", hindsight),
     "new_kinds": whole("days of new kinds", new_kinds),
     "false_contacts": whole("hours of work", false_contacts),
+    "weighing": whole("machines that weigh", weighing),
+    "tool_edge": whole("loaders' edges", tool_edge),
     "real_machine": Study(
         "days of real machines",
         lambda given: real_machine.runs(real_machine.DAYS),

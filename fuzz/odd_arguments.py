@@ -92,7 +92,8 @@ def prepare(folder: Path) -> dict[str, Tried]:
         "overlay": {**of_boom, "logs": [track, track]},
         "plot": {"dataset": track}, "read_log": {"log": "x.csv"}, "sensor_for": of_boom,
         "simulate": {**of_boom, "duty": duty}, "simulate_many": {"machines": boom, "duties": [duty]},
-        "track": {**with_log, "start": _START},
+        "weigh": {"machine": "mining-loader", "logs": log, "start": _START},
+        "tool_place": {"machine": "mining-loader", "tracks": {_UNIT: track}}, "track": {**with_log, "start": _START},
     }  # fmt: skip
     functions = {name: Tried(lambda name=name: getattr(ramsight, name), passed) for name, passed in good.items()}
     return functions | _methods(boom, log, duty, track)

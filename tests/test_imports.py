@@ -22,7 +22,7 @@ SOURCE = Path(ramsight.__file__).parent
 
 STREET = [
     {"units"}, {"output"}, {"logs"}, {"machine"}, {"engine"}, {"plant"}, {"duty"}, {"sensor"}, {"hindsight"},
-    {"tracking"}, {"calibration"}, {"control"}, {"closed_loop"}, {"drawing"}, {"study"}, {"histories"},
+    {"tracking"}, {"tool"}, {"calibration"}, {"control"}, {"closed_loop"}, {"drawing"}, {"study"}, {"histories"},
     {"deploy"}, {"api"},
     {"studio"}, {"demo"}, {"cli"}, {"__main__"},
 ]  # fmt: skip

@@ -115,7 +115,7 @@ def test_runs_that_never_meet_are_refused():
 
 def test_python_takes_tracks_of_other_sensors_and_refuses_what_it_cannot():
     tracks = [ramsight.track("mining-loader", COLD, "100 mm", unit="boom", sensor=one) for one in ("kalman", "balance")]
-    found = ramsight.overlay("mining-loader", tracks, unit="boom", at=["10 s", 20.0])
+    found = ramsight.overlay("mining-loader", tracks, unit="boom", cursors=["10 s", 20.0])
     assert found.names == ("run 1", "run 2")
     assert [one.time for one in found.readings] == pytest.approx([10.0, 20.0])
     assert found.readings[0].overlap == [None], "the balance states no band"
@@ -123,7 +123,7 @@ def test_python_takes_tracks_of_other_sensors_and_refuses_what_it_cannot():
     for passed, words in (
         ({"logs": tracks[:1]}, "logs = 1: too few or too many runs"),
         ({"logs": tracks, "align": "middle"}, "align = 'middle': is not known (allowed: start or reference)"),
-        ({"logs": tracks, "at": ["99 s"]}, "at = '99 s': is out of range"),
+        ({"logs": tracks, "cursors": ["99 s"]}, "cursors = '99 s': is out of range"),
     ):
         with pytest.raises(DescriptionError) as error:
             ramsight.overlay("mining-loader", unit="boom", **passed)
@@ -131,7 +131,7 @@ def test_python_takes_tracks_of_other_sensors_and_refuses_what_it_cannot():
 
 
 def test_the_command_reads_draws_and_writes(tmp_path):
-    words = ["track", "mining-loader", COLD, HOT, "--unit", "boom", "--start", "100 mm", "--at", "20 s"]
+    words = ["track", "mining-loader", COLD, HOT, "--unit", "boom", "--start", "100 mm", "--cursor", "20 s"]
     out, figure = tmp_path / "runs.csv", tmp_path / "runs.svg"
     done = at_once(*words, "--out", out, "--figure", figure)
     assert done.returncode == 0, done.stderr
@@ -156,11 +156,12 @@ def test_the_command_reads_draws_and_writes(tmp_path):
     ("more", "said"),
     [
         ([HOT, "--both"], "--both = True: is of one log alone"),
+        ([HOT, "--tool", "tip"], "--tool = 'tip': is of one log alone"),
         ([HOT, "--truth", HOT], "--truth = "),
         ([HOT, "--out", HOT], "error"),
         ([HOT, "--align", "reference"], "meets neither an end nor a reference"),
         (["--align", "start"], "--align = 'start': needs several logs"),
-        (["--at", "1 s"], "--at = ['1 s']: needs several logs"),
+        (["--cursor", "1 s"], "--cursor = ['1 s']: needs several logs"),
     ],
 )
 def test_options_that_do_not_fit_are_refused(more, said):

@@ -45,6 +45,7 @@ CALLS = {
     "simulate": ("simulate", *BOOM, "--load", "100 kN", "--truth", "t.csv"),
     "track": ("track", "mining-loader", LOG, "--unit", "boom", "--start", "100 mm", "--truth", TRUTH),
     "compare": ("compare", "mining-loader", LOG, TRUTH, "--unit", "boom", "--start", "100 mm"),
+    "weigh": ("weigh", "mining-loader", LOG, "--start", "100 mm", "--at", "bucket=250 mm"),
     "leak-test": ("leak-test", "mining-loader", "leak.csv", "--unit", "boom"),
     "commission": ("commission", "mining-loader", "leak.csv", "--unit", "boom"),
     "datasheet": (

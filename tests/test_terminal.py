@@ -52,6 +52,7 @@ VERBS = {
     "track": "mining-loader {columns} --unit boom; {machine} {log} --map {map}; mining-loader {log} --unit {log}; "
     "mining-loader {log} {log} --unit boom --start 0.1 --at {log}",
     "compare": "mining-loader {columns} {log} --unit boom",
+    "weigh": "mining-loader {columns} --at bucket={log}; {machine} {log}; mining-loader {log} --known {log}={log}",
     "leak-test": "mining-loader {columns} --unit boom; {machine} {log}",
     "identify": "mining-loader {columns} --unit boom --truth {log}; {machine} {log}",
     "calibrate": "{machine} --out {folder}",

@@ -37,7 +37,9 @@ if TYPE_CHECKING:
     from ramsight.api.simulating_many import simulate_many
     from ramsight.api.studying import Study
     from ramsight.api.tolerance_deriving import derive_tolerance
+    from ramsight.api.tool_places import tool_place
     from ramsight.api.tracking import sensor_for, track
+    from ramsight.api.weighing import weigh
     from ramsight.calibration.identify_record import IdentifyError
     from ramsight.calibration.leakage import LeakTestError
     from ramsight.duty.drive_response import DriveResponse
@@ -75,7 +77,7 @@ __all__ = [
     "export_fmeda", "export_fmu", "export_page", "export_parameters", "export_ssp", "export_wasm", "history",
     "history_add", "history_event", "history_report", "identify",
     "identify_values", "leak_test", "lift_lower", "load_machine", "named_faults", "open_log", "overlay", "plot",
-    "read_log", "sensor_for", "simulate", "simulate_many", "track",
+    "read_log", "sensor_for", "simulate", "simulate_many", "tool_place", "track", "weigh",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # so that a type checker sees the imports above, and knows every other name for a mistake
@@ -97,7 +99,9 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.simulating_many": ("simulate_many",),
         "api.studying": ("Study",),
         "api.tolerance_deriving": ("derive_tolerance",),
+        "api.tool_places": ("tool_place",),
         "api.tracking": ("sensor_for", "track"),
+        "api.weighing": ("weigh",),
         "calibration.identify_record": ("IdentifyError",),
         "calibration.leakage": ("LeakTestError",),
         "duty.drive_response": ("DriveResponse",),

@@ -27,7 +27,7 @@ def overlay(
     *,
     unit: str | None = None,
     align: str = "start",
-    at: Iterable[Quantity] = (),
+    cursors: Iterable[Quantity] = (),
     **options: Any,
 ) -> Overlay:
     """Runs of one duty laid over each other: where they differ, by how much, and whether their bands overlap.
@@ -39,7 +39,7 @@ def overlay(
         unit: name of the unit, if the machine has several.
         align: what is at 0 s of each: ``start``, its first sample, or ``reference``, the first end that the sensor met,
             or the first reference that the log has.
-        at: instants to read the runs at [s], or ``"12 s"``; none for the three largest differences.
+        cursors: instants to read the runs at [s], or ``"12 s"``; none for the three largest differences.
         options: of `track`, for all logs: ``start``, ``sensor``, ``hindsight`` and so on.
 
     Returns:
@@ -54,11 +54,11 @@ def overlay(
         >>> import ramsight
         >>> boom = ramsight.build("mining-loader", unit="boom")
         >>> runs = [ramsight.simulate(boom, load=load, start="120 mm") for load in ("200 kN", "400 kN")]
-        >>> found = ramsight.overlay(boom, map(ramsight.drive_report, runs), start="120 mm", at=["10 s"])
+        >>> found = ramsight.overlay(boom, map(ramsight.drive_report, runs), start="120 mm", cursors=["10 s"])
         >>> found.names, [round(1e3 * one) for one in found.readings[0].position]  # mm
         (('run 1', 'run 2'), [262, 252])
     """
-    built, passed, instants = build(machine, unit), list(logs), list(at)
+    built, passed, instants = build(machine, unit), list(logs), list(cursors)
     if not 2 <= len(passed) <= MOST:
         raise DescriptionError("too few or too many runs", key="logs", value=len(passed), allowed=f"2 to {MOST}")
     if align not in ALIGNMENTS:
@@ -69,7 +69,7 @@ def overlay(
         found[name] = log if is_track and not isinstance(log, str | Path) else track(built, log, **options)
     runs = laid_over(found, align, float(built.cylinder.stroke))
     least, most = f"{runs.time[0]:.3f} s", f"{runs.time[-1]:.3f} s"
-    return replace(runs, at=tuple(argument(one, "s", "at", least=least, most=most) for one in instants))
+    return replace(runs, at=tuple(argument(one, "s", "cursors", least=least, most=most) for one in instants))
 
 
 def _names(logs: list[Any]) -> list[str]:

@@ -26,6 +26,7 @@ from ramsight.sensor.inputs.sample import REPORTED
 from ramsight.sensor.persistence import StateFile, said
 from ramsight.sensor.thresholds import START_STD
 from ramsight.signals import Dataset, Signals
+from ramsight.tool.tool_track import TOOL, WithTool
 from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
 from ramsight.tracking.credible import known_position
 from ramsight.tracking.pieces import TABLE, Pieces, track_pieces
@@ -36,6 +37,8 @@ from ramsight.units import argument, format_si
 if TYPE_CHECKING:
     from ramsight.hindsight.looking_back import LookedBack
     from ramsight.sensor.virtual_sensor import VirtualSensor
+    from ramsight.tool.tool_track import ToolPoint
+    from ramsight.tracking.pieces import Follower
 
 Quantity = float | str
 _NO_FILE = "log"  # what messages call a log that is no file
@@ -234,6 +237,7 @@ def follow(
     available: Availability | None = None,
     hindsight: bool = False,
     both: bool = False,
+    tool: ToolPoint | None = None,
     progress: bool = False,
     advance: Callable[[float], object] | None = None,
     say: Callable[[str], object] = lambda text: None,
@@ -258,6 +262,7 @@ def follow(
         available: counts how much of the time the position may be used.
         hindsight: whether all of the log says where the piston was, and not what came before.
         both: whether a table has what the live sensor said beside it.
+        tool: whose place the track says beside the piston's.
         progress: show a bar on a terminal.
         advance: is passed the share of the work that was done since the last call, where there is no bar.
         say: is passed what became of the state file.
@@ -293,9 +298,14 @@ def follow(
         passes = partial(
             track_pieces, out=out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it, available=available,
             more=more if back is None else (*more, *back.further),
-            beside=back.further if both and back is not None else (),
+            beside=(*(() if tool is None else TOOL), *(back.further if both and back is not None else ())),
         )  # fmt: skip
-        done = passes(virtual if back is None else back.recalled(), seen)
+
+        def follower() -> Follower:
+            plain = virtual if back is None else back.recalled()
+            return plain if tool is None else WithTool(plain, unit.name, tool)
+
+        done = passes(follower(), seen)
         if (mistake := watch.mistake) is not None:  # known at the end alone: the track is made again, and says it
             begin(lambda text: None)
             if available is not None:
@@ -303,8 +313,7 @@ def follow(
             again = _pieces(log, channel_map, None)[0] if passed is None else passed
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", LogWarning)
-                follower = virtual if back is None else back.recalled()
-                done = passes(follower, again, said_of=lambda tracked: contradicted(tracked, mistake))
+                done = passes(follower(), again, said_of=lambda tracked: contradicted(tracked, mistake))
             if kept is not None:
                 say(f"{kept.path}: left as it was, because the log contradicts the machine")
         elif kept is not None:

@@ -45,6 +45,15 @@ ChannelMapFile = Annotated[
     typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),
 ]
 
+BesideLogs = Annotated[
+    list[str] | None,
+    typer.Option(help='Log of another unit of the mechanism, over the same clock: "bucket=bucket.csv"; repeatable.'),
+]
+StandingUnits = Annotated[
+    list[str] | None,
+    typer.Option(help='Where another unit stands still, or its log begins: "bucket=250 mm"; may be repeated.'),
+]
+
 
 def group(**options: Any) -> typer.Typer:
     """A group of verbs, empty as yet; options are those of Typer."""

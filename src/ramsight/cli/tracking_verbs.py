@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ramsight.cli.common import (
     LOG,
+    BesideLogs,
     ChannelMapFile,
     DrivenUnit,
     Machine,
     Requirement,
+    StandingUnits,
     Strict,
     named_unit,
     say,
@@ -24,6 +26,10 @@ from ramsight.cli.common import (
     strictly,
 )
 from ramsight.cli.reporting import give, plain, report
+
+if TYPE_CHECKING:
+    from ramsight.machine.description import Machine as Described
+    from ramsight.tool.tool_track import ToolPoint
 
 
 def logs_inspect(
@@ -146,11 +152,20 @@ def track(
             "the sensor met or the first reference [default: start]."
         ),
     ] = None,
-    at: Annotated[
+    cursor: Annotated[
         list[str] | None,
         typer.Option(
             help='Read several logs at this instant, "12 s"; may be repeated [default: at the largest differences].'
         ),
+    ] = None,
+    tool: Annotated[
+        str | None,
+        typer.Option(help="Say where this point of the mechanism was, too: tip, payload, or BODY.NAME as bucket.edge."),
+    ] = None,
+    beside: BesideLogs = None,
+    at: StandingUnits = None,
+    tool_figure: Annotated[
+        Path | None, typer.Option(help="A picture of the point's height, reach and angle: .png, .svg or .pdf.")
     ] = None,
     require: Requirement = None,
     strict: Strict = False,
@@ -162,8 +177,9 @@ def track(
     states which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m,
     position_std_m, position_low_m and position_high_m (the 95 % band), position_bound_m (an error that one sample in
     100 000 exceeds; all empty where the sensor does not know it), status and whether a reference has come; as .nc also
-    velocity, load, pressures and what it learned. With a --truth and a requirement the exit code is 1 if that is
-    missed; with --strict also if no sample has a position.
+    velocity, load, pressures and what it learned. With a --tool also its reach, height and angle with their deviations;
+    units that are neither --beside nor --at may be anywhere. With a --truth and a requirement the exit code is 1 if
+    that is missed; with --strict also if no sample has a position.
 
     Several logs of one duty, of one machine before and after a repair or of two of a kind, are laid over each other:
     how far each is from the first, and whether their 95 % bands overlap. Where they do not, the runs differ by more
@@ -172,38 +188,44 @@ def track(
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     Example: ramsight track mining-loader log.csv.gz --unit boom --hindsight --figure track.png
     Example: ramsight track mining-loader monday.csv friday.csv --unit boom --align reference --figure both.png
+    Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --tool tip --at "bucket=250 mm"
     """
     unit = named_unit(machine, unit)
     if len(logs) > 1:
         alone = {
             "--state": state, "--truth": truth, "--belief": belief, "--both": both or None, "--require": require,
-            "--alarm-limit": alarm_limit, "--time-to-alert": time_to_alert,
+            "--alarm-limit": alarm_limit, "--time-to-alert": time_to_alert, "--tool": tool,
+            "--tool-figure": tool_figure, "--beside": beside or None, "--at": at or None,
         }  # fmt: skip
         _refuse(alone, "is of one log alone")
         options = {
             "start": start, "start_std": start_std, "sensor": sensor, "channel_map": channel_map, "hindsight": hindsight
         }  # fmt: skip
         with strictly(is_strict=strict):
-            _overlaid(machine, unit, logs, (align or "start", at or []), options, out, (figure, width, style))
+            _overlaid(machine, unit, logs, (align or "start", cursor or []), options, out, (figure, width, style))
         return
     log = logs[0]
-    _refuse({"--align": align, "--at": at or None}, "needs several logs")
+    _refuse({"--align": align, "--cursor": cursor or None}, "needs several logs")
     from ramsight.api.plotting import look_of
     from ramsight.api.requirements import achieved, required_unit
     from ramsight.api.tracking import availability_of, follow, start_of
     from ramsight.errors import DescriptionError
     from ramsight.machine import load_machine
     from ramsight.plant.build import build
+    from ramsight.tool.tool_figure import draw_tool
+    from ramsight.tool.tool_track import TOOL
     from ramsight.tracking.availability import TIME_TO_ALERT
     from ramsight.tracking.credible import known_position
     from ramsight.tracking.figures import tracked_figure, verbatim
     from ramsight.tracking.position_errors import error_text, errors_of, live_of
 
-    _check_files(machine, log, sensor, channel_map, truth, out, (figure, belief), state)
+    _check_files(machine, log, sensor, channel_map, truth, out, (figure, belief, tool_figure), state)
     if belief is not None and sensor != "kalman":
         raise DescriptionError("has no hypotheses to draw", key="sensor", value=sensor, allowed="kalman")
     if both and not hindsight:
         raise DescriptionError("needs --hindsight beside it", key="both")
+    if tool is None and (beside or at or tool_figure is not None):
+        raise DescriptionError("needs --tool beside it", key="beside, at or tool-figure")
     look = look_of(width, style, is_drawn=figure is not None or belief is not None)
     description = load_machine(machine)
     built = required_unit(build(description, unit), require)
@@ -213,6 +235,7 @@ def track(
     available = availability_of(built, alarm_limit, waits)
     with strictly(is_strict=strict):
         true = known_position(truth, log, channel_map, built)
+        point = None if tool is None else _tool(description, tool, beside, at, channel_map)
         done = follow(
             built,
             log,
@@ -222,9 +245,10 @@ def track(
             start_std=std,
             state=state,
             out=out,
-            keep_track=true is not None or figure is not None or asked is not None,
+            keep_track=true is not None or figure is not None or asked is not None or tool_figure is not None,
             keep_log=figure is not None or asked is not None,
-            more=("mode", "reference"),
+            more=("mode", "reference", *(() if point is None else TOOL)),
+            tool=point,
             available=available,
             hindsight=hindsight,
             both=both,
@@ -238,6 +262,8 @@ def track(
             tracked_belief(built, log, channel_map, (position, std), true, title, belief, look)
         if figure is not None and done.track is not None and done.log is not None:
             tracked_figure(done.log, done.track, true, title, figure, look)
+        if tool_figure is not None and done.track is not None:
+            draw_tool(done.track, verbatim(f"{description.title or description.name}, {tool}: {log.name}"), tool_figure)
         give(unit=unit, **done.figures, mistake=done.mistake)
         say_lines(done.summary)
         if true is not None and done.track is not None:
@@ -252,7 +278,7 @@ def track(
         if check is not None:
             give(requirement={**plain(check), "is_met": check.is_met, "missing": check.missing})
             say_lines(check.verdict)
-        say_written(out, figure, belief, None if done.is_contradicted else state)
+        say_written(out, figure, belief, tool_figure, None if done.is_contradicted else state)
         if done.mistake:
             say(f"likeliest mistake: {done.mistake}")
         useless = strict and not done.has_position
@@ -314,7 +340,7 @@ def _overlaid(
     }  # fmt: skip
     check_apart(read, {"--out": out, "--figure": figure})
     look = look_of(width, style, is_drawn=figure is not None)
-    runs = overlay(machine, logs, unit=unit, align=asked[0], at=asked[1], progress=True, **options)
+    runs = overlay(machine, logs, unit=unit, align=asked[0], cursors=asked[1], progress=True, **options)
     if out is not None:
         write_overlay(runs, out)
     if figure is not None:
@@ -324,6 +350,19 @@ def _overlaid(
     say_written(out, figure)
 
 
+def _tool(
+    description: Described, tool: str, beside: list[str] | None, at: list[str] | None, channel_map: Path | None
+) -> ToolPoint:
+    """The point that is asked for, with what is known of the other units."""
+    from ramsight.api.tool_places import by_unit, others_of, tool_of
+    from ramsight.plant.linked import build_linked
+
+    linked = build_linked(description)
+    logs = by_unit(beside, "beside", "bucket=bucket.csv")
+    others = others_of(linked, logs, by_unit(at, "at", "bucket=250 mm"), channel_map)
+    return tool_of(description, linked, tool, others)
+
+
 def _check_files(
     machine: str,
     log: Path,
@@ -331,7 +370,7 @@ def _check_files(
     channel_map: Path | None,
     truth: Path | None,
     out: Path | None,
-    figures: tuple[Path | None, Path | None],
+    figures: tuple[Path | None, Path | None, Path | None],
     state: Path | None,
 ) -> None:
     """Refuse what cannot be written, or would be written over what is read, before any work is done."""
@@ -345,5 +384,6 @@ def _check_files(
     read: dict[str, str | Path | None] = {
         "the machine": machine, "the log": log, "--sensor": sensor, "--map": channel_map, "--truth": truth,
     }  # fmt: skip
-    check_apart(read, {"--out": out, "--figure": figures[0], "--belief": figures[1], "--state": state})
+    named = dict(zip(("--figure", "--belief", "--tool-figure"), figures, strict=True))
+    check_apart(read, {"--out": out, **named, "--state": state})
     check_state(state)

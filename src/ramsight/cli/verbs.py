@@ -24,6 +24,7 @@ from ramsight.cli import (
     machine_verbs,
     simulation_verbs,
     tracking_verbs,
+    weighing_verbs,
 )
 from ramsight.cli.common import group, say
 from ramsight.cli.reporting import scripted
@@ -149,7 +150,7 @@ def ramsight(
 SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
     "Describe": (machine_verbs.new, machine_verbs.check, machine_verbs.draw),
     "Simulate and study": (simulation_verbs.simulate, datasheet_verbs.datasheet),
-    "Follow a log": (tracking_verbs.track, comparing_verbs.compare),
+    "Follow a log": (tracking_verbs.track, comparing_verbs.compare, weighing_verbs.weigh),
     "Calibrate and commission": (
         calibration_verbs.leak_test,
         calibration_verbs.identify,
@@ -167,6 +168,7 @@ FIGURES = (
     tracking_verbs.track,
     tracking_verbs.logs_inspect,
     comparing_verbs.compare,
+    weighing_verbs.weigh,
     calibration_verbs.leak_test,
     calibration_verbs.identify,
     commissioning_verbs.commission,

@@ -96,7 +96,9 @@ def loading_cycle(
         longest = 0.0
         for name, goal in goals.items():
             after = {**now, **goals}
-            travel = _travel(machine, name, now, after, 0.5 * (carried + phase.payload) * full, oil_temperature, speeds)
+            travel = travel_midway(
+                machine, name, now, after, 0.5 * (carried + phase.payload) * full, oil_temperature, speeds
+            )
             way = goal - now[name]
             hold = max(abs(way) / (speeds[name] * travel) - ramp, 0.0)
             peak = np.sign(way) * min(speeds[name], abs(way) / (travel * ramp))
@@ -120,7 +122,7 @@ def loading_cycle(
     )
 
 
-def _travel(
+def travel_midway(
     machine: LinkedMachine,
     name: str,
     now: Mapping[str, float],

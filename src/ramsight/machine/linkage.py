@@ -128,6 +128,9 @@ class Linkage(Part):
     cylinders: Annotated[dict[str, LinkageCylinder], Field(description="cylinders by the name of their unit")]
     payload: Annotated[Payload | None, Field(description="where the payload's mass acts")] = None
     tip: Annotated[Attachment, Field(description="point of the tool that works, for example the bucket's lip")]
+    points: dict[str, Attachment] = Field(
+        default_factory=dict, description="further points of bodies that have a name; one is called `BODY.NAME`"
+    )
 
     @model_validator(mode="after")
     def _holds_together(self) -> Self:
@@ -149,6 +152,11 @@ class Linkage(Part):
         self._is_known("tip.body", self.tip.body, known)
         if self.payload is not None:
             self._is_known("payload.body", self.payload.body, known)
+        for name, point in self.points.items():
+            if not _NAME.fullmatch(name):
+                text = "a point's name starts with a letter and holds small letters, digits and _"
+                raise refuse(f"points.{name}", name, text)
+            self._is_known(f"points.{name}.body", point.body, known)
         if not self.cylinders:
             raise refuse("cylinders", 0, "the mechanism has no cylinder, for example a table [linkage.cylinders.boom]")
         moved: set[str] = set()

@@ -112,6 +112,7 @@ def _linkage_lines(linkage: Linkage) -> list[str]:
     tables += [(f".bodies.{name}", body) for name, body in linkage.bodies.items()]
     tables += [(f".cylinders.{name}", cylinder) for name, cylinder in linkage.cylinders.items()]
     tables += [(f".{key}", spot) for key in ("payload", "tip") if (spot := getattr(linkage, key)) is not None]
+    tables += [(f".points.{name}", point) for name, point in linkage.points.items()]
     lines = []
     for path, part in tables:
         lines += ["", _comment(_first_sentence(part)), f"[linkage{path}]"]

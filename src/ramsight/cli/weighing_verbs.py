@@ -1,0 +1,86 @@
+"""The verb from a log to what was lifted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ramsight.cli.common import (
+    LOG,
+    BesideLogs,
+    ChannelMapFile,
+    Machine,
+    StandingUnits,
+    say_lines,
+    say_table,
+    say_written,
+)
+from ramsight.cli.reporting import give
+
+
+def weigh(
+    machine: Machine,
+    logs: Annotated[list[Path], typer.Argument(help=f"Logs of the unit that lifts: {LOG}.")],
+    unit: Annotated[
+        str | None, typer.Option("--unit", help="The unit that lifts [default: the mechanism's first].")
+    ] = None,
+    start: Annotated[
+        str | None, typer.Option(help='Position of its piston at the beginning of each log: "50 mm".')
+    ] = None,
+    beside: BesideLogs = None,
+    at: StandingUnits = None,
+    empty: Annotated[list[Path] | None, typer.Option(help="Log of lifts of the empty tool; may be repeated.")] = None,
+    known: Annotated[
+        list[str] | None, typer.Option(help='Log of lifts of a known mass: "2 t=known.csv"; may be repeated.')
+    ] = None,
+    lowered_empty: Annotated[
+        bool, typer.Option("--lowered-empty", help="What the logs lower is an empty tool: teaches the zero.")
+    ] = False,
+    inclination: Annotated[str, typer.Option(help='Of the machine, its front up: "3 deg".')] = "0 deg",
+    channel_map: ChannelMapFile = None,
+    out: Annotated[Path | None, typer.Option(help="A row a weighing: .csv, .csv.gz or .parquet.")] = None,
+    figure: Annotated[Path | None, typer.Option(help="A picture of them: .png, .svg or .pdf.")] = None,
+) -> None:
+    """Say what each lift of a log weighed, with its 95 % band, and why a weighing is bad.
+
+    The force is from the motor's torque, the lever from the mechanism at the piston's position. By the description
+    alone the band is some per cent of the rated load; one known mass makes it a third of that. A weighing needs a
+    steady lift of 3 s. It is no scale for trade, and no safety function.
+
+    Example: ramsight weigh mining-loader log.csv.gz --start "100 mm" --at "bucket=250 mm"
+    """
+    from ramsight.api.tool_places import by_unit
+    from ramsight.api.weighing import weigh as weigh_logs
+    from ramsight.errors import DescriptionError
+    from ramsight.output import check_apart, check_figure, check_installed, check_target, open_table
+    from ramsight.tool.weighing_shown import draw_weighings, weighings_table
+
+    check_target(out, (".csv", ".csv.gz", ".parquet"))
+    if out is not None:
+        check_installed(out)
+    check_figure(figure)
+    masses: list[tuple[float | str, Path]] = [(0.0, one) for one in empty or ()]
+    for text in known or ():
+        mass, equals, file = text.partition("=")
+        if not equals or not file:
+            raise DescriptionError("is not MASS=LOG", key="known", value=text, allowed="2 t=known.csv")
+        masses.append((mass, Path(file)))
+    read = {f"log {k + 1}": one for k, one in enumerate([*logs, *(file for _, file in masses)])}
+    check_apart({"the machine": machine, "--map": channel_map, **read}, {"--out": out, "--figure": figure})
+    found = weigh_logs(
+        machine, logs, unit=unit, start=start, beside=by_unit(beside, "beside", "bucket=bucket.csv"),
+        at=by_unit(at, "at", "bucket=250 mm"), known=masses, lowered_empty=lowered_empty, inclination=inclination,
+        channel_map=channel_map,
+    )  # fmt: skip
+    give(**found.figures)
+    if found.weighings:
+        say_table(weighings_table(found.weighings))
+    say_lines(found.text)
+    if out is not None:
+        with open_table(out, formats=dict.fromkeys(found.columns, "%.9g")) as table:
+            table.append(found.columns)
+    if figure is not None:
+        draw_weighings(found.weighings, found.logs, figure)
+    say_written(out, figure)

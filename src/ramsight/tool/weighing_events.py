@@ -1,0 +1,320 @@
+"""Weighings: each lift of a log as an event with a mass, its deviation, and why it may be bad.
+
+In a window of steady motion the least squares of the force balance, F = B + m P, give the mass
+
+    m = sum P (F - B) / sum P^2,
+
+with F the sensor's load, B the force that the bodies need and P that per kilogram. A mass that changes within the
+window, a motion that is not steady and a position that is not known make a weighing bad.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+
+from ramsight.arrays import Array
+from ramsight.normal import TWO_SIDED_95
+from ramsight.plant.linked import LinkedMachine
+from ramsight.signals import Signals
+from ramsight.tool.force_balance import Balance, balance
+from ramsight.tool.force_scale import Scale
+from ramsight.tool.lift_windows import Window, smoothed, windows
+from ramsight.tool.unit_tracks import Others, Rods
+from ramsight.tool.weighing_limits import (
+    BLOCK,
+    CHANGES,
+    INCLINATION_STD,
+    NOISE_STDS,
+    ONE_STEP,
+    PAIR_STDS,
+    POSITION_SHARE,
+    REPEATS_STD,
+    SHORTEST,
+    SPEED_VARIES,
+    STANDS_STILL,
+    STEADY,
+    STEADY_SHARE,
+)
+
+
+class Quality(Enum):
+    """Whether a weighing is good; the text of a bad one says why."""
+
+    GOOD = "good"
+    TOO_SHORT = "too short: lift steadily for 3 s"
+    TOO_FAST = "moved too fast: the speed changed; lift steadily for 3 s"
+    DIGGING = "load changing: still digging"
+    SPILLED = "spilled: the mass fell within the lift"
+    UNKNOWN_POSITION = "position not known: give --start or --beside, or visit an end stop"
+
+
+@dataclass(frozen=True, eq=False)
+class Plain:
+    """A lift by the described machine alone.
+
+    Attributes:
+        time: middle of its window [s].
+        duration: of steady motion [s].
+        upwards: whether it lifts.
+        mass: [kg]; NaN where there is none.
+        row: change of the mass by each term of the scale.
+        own_std: deviation that is this lift's own: noise, positions, inclination, what no lift repeats [kg].
+        others: positions of the other cylinders [m].
+        quality: whether it is good.
+    """
+
+    time: float
+    duration: float
+    upwards: bool
+    mass: float
+    row: Array
+    own_std: float
+    others: Array
+    quality: Quality
+
+
+@dataclass(frozen=True, eq=False)
+class Weighing:
+    """A weighing.
+
+    Attributes:
+        time: middle of its window [s].
+        duration: of steady motion [s].
+        cycle: which it is of; a cycle begins with the first lift after lowering.
+        direction: up, down, or both where up and down of one load are averaged.
+        mass, std: [kg]; NaN where there is none.
+        low, high: the 95 % band [kg].
+        quality: whether it is good, or why it is not.
+        row: change of the mass by each term of the scale, which other weighings share.
+        own_std: deviation that is its own [kg].
+    """
+
+    time: float
+    duration: float
+    cycle: int
+    direction: str
+    mass: float
+    std: float
+    low: float
+    high: float
+    quality: Quality
+    row: Array = field(repr=False)
+    own_std: float
+
+    @property
+    def is_good(self) -> bool:
+        """Whether its mass may be used."""
+        return self.quality is Quality.GOOD
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a log is weighed with.
+
+    Attributes:
+        machine: with its mechanism.
+        unit: the unit that lifts.
+        others: the units beside it.
+        inclination: of the machine, its front up [rad].
+    """
+
+    machine: LinkedMachine
+    unit: str
+    others: Others
+    inclination: float = 0.0
+
+    @property
+    def rated(self) -> float:
+        """Rated payload [kg]."""
+        return self.machine.mechanism.rated_payload
+
+    @property
+    def other_strokes(self) -> Array:
+        """Strokes of the other cylinders [m]."""
+        return np.array([one.cylinder.stroke for one in self.machine.units if one.name != self.unit])
+
+    @property
+    def weight(self) -> float:
+        """Force of the unit's rods without payload, in mid-stroke [N]."""
+        middle = np.array([[0.5 * one.cylinder.stroke for one in self.machine.units]])
+        still = Rods(middle, np.zeros_like(middle), np.zeros_like(middle))
+        return float(self.balance(still, still.velocity).bodies[0])
+
+    def balance(self, rods: Rods, acceleration: Array, tilt: float = 0.0) -> Balance:
+        """The force balance, in the direction of the unit's load."""
+        found = balance(
+            self.machine.mechanism, self.unit, rods.position, rods.velocity, acceleration, self.inclination + tilt
+        )
+        sign = self.machine.unit(self.unit).lift_sign
+        return Balance(*(sign * one for one in vars(found).values()))
+
+
+def lifts(scene: Scene, track: Signals) -> list[Plain]:
+    """All motions of a log as lifts by the described machine.
+
+    Args:
+        scene: the machine and its other units.
+        track: of the unit that lifts, with position, velocity, load, load_std, load_age and status.
+    """
+    track = track.rows(np.diff(track["time"].values, prepend=-np.inf) > 0.0)
+    time = track["time"].values
+    if len(time) < 3:
+        return []
+    unit = scene.machine.unit(scene.unit)
+    shown = track["load_age"].values <= 0.0
+    found = windows(time, track["velocity"].values, shown, unit.cylinder.stroke, unit.lift_sign)
+    rods = scene.others.rods(scene.machine, scene.unit, track)
+    rods = replace(rods, velocity=smoothed(time, np.nan_to_num(rods.velocity)))
+    acceleration = np.gradient(rods.velocity, time, axis=0)
+    column = scene.machine.mechanism.cylinders.index(scene.unit)
+    return [_lift(scene, track, rods, acceleration, window, column) for window in found]
+
+
+def _lift(scene: Scene, track: Signals, rods: Rods, acceleration: Array, window: Window, column: int) -> Plain:
+    rows, time = window.rows, track["time"].values
+    here = Rods(rods.position[rows], rods.velocity[rows], rods.std[rows])
+    force, force_std = track["load"].values[rows], track["load_std"].values[rows]
+    duration = float(time[rows][-1] - time[rows][0]) if len(force) else 0.0
+    middle = float(time[rows].mean()) if len(force) else float(time[min(rows.start, len(time) - 1)])
+    found = scene.balance(here, acceleration[rows])
+    others = np.delete(here.position, column, axis=1)[-1] if len(force) else np.zeros(0)
+    nothing = Plain(middle, duration, window.upwards, math.nan, np.zeros(4), math.nan, others, Quality.TOO_SHORT)
+    if len(force) == 0:
+        return nothing
+    known = np.isfinite(found.payload) & np.isfinite(force) & np.isfinite(here.std).all(axis=1)
+    if not known.all():
+        return replace(nothing, quality=Quality.UNKNOWN_POSITION)
+    p = found.payload + found.payload_moving
+    b = found.bodies + found.bodies_moving
+    squares = float(p @ p)
+    mass, push, shift = float(p @ (force - b)) / squares, float(p @ force) / squares, float(p.sum()) / squares
+    direction = 1.0 if window.upwards else -1.0
+    row = np.array([push, direction * push, shift, direction * shift])
+    blocks, noise = _blocks(time[rows], (force - b) / p)
+    by_position = _by_positions(scene, here, acceleration[rows], force, mass)
+    observed = shift * float(np.sqrt(np.mean(force_std**2))) / math.sqrt(max(duration / BLOCK, 1.0))
+    by_noise = min(noise / math.sqrt(max(len(blocks), 1)), observed)
+    own_std = math.hypot(by_noise, by_position, REPEATS_STD * abs(push))
+    steady = np.abs(found.bodies_moving + mass * found.payload_moving) <= STEADY * np.abs(force)
+    speed = here.velocity[:, column]
+    varies = float(np.std(speed)) > SPEED_VARIES * abs(float(np.mean(speed)))
+    is_steady = float(steady.mean()) >= STEADY_SHARE and not varies
+    quality = _quality(scene, duration, is_steady, by_position, blocks, noise)
+    return Plain(middle, duration, window.upwards, mass, row, own_std, others, quality)
+
+
+def _blocks(time: Array, masses: Array) -> tuple[Array, float]:
+    """Means of the mass over blocks of time, and the deviation that noise gives such a mean [kg]."""
+    block = np.floor((time - time[0]) / BLOCK).astype(int)
+    counts = np.bincount(block)
+    full = counts >= 0.5 * counts.max()
+    means = (np.bincount(block, masses) / np.maximum(counts, 1))[full]
+    noise = float(np.std(np.diff(masses))) / math.sqrt(2.0 * counts.max()) if len(masses) > 1 else 0.0
+    return means, noise
+
+
+def _by_positions(scene: Scene, rods: Rods, acceleration: Array, force: Array, mass: float) -> float:
+    """Deviation of a mass by those of the positions and of the inclination [kg]."""
+
+    def of(moved: Rods, tilt: float = 0.0) -> float:
+        found = scene.balance(moved, acceleration, tilt)
+        p, b = found.payload + found.payload_moving, found.bodies + found.bodies_moving
+        return float(np.nansum(p * (force - b)) / np.nansum(p * p)) - mass
+
+    parts = [of(rods, INCLINATION_STD)]
+    for k in range(rods.position.shape[1]):
+        if rods.std[:, k].any():
+            one = np.zeros_like(rods.position)
+            one[:, k] = rods.std[:, k]
+            sides = [abs(of(replace(rods, position=rods.position + sign * one))) for sign in (1.0, -1.0)]
+            parts.append(max(sides))
+    return math.hypot(*parts)
+
+
+def _quality(
+    scene: Scene, duration: float, is_steady: bool, by_position: float, blocks: Array, noise: float
+) -> Quality:
+    """Why a lift's mass is bad, the first cause first."""
+    if duration < SHORTEST:
+        return Quality.TOO_SHORT
+    if by_position > POSITION_SHARE * scene.rated:
+        return Quality.UNKNOWN_POSITION
+    if not is_steady:
+        return Quality.TOO_FAST
+    if len(blocks) > 1 and np.ptp(blocks) > CHANGES * scene.rated + NOISE_STDS * noise:
+        return Quality.SPILLED if _fell(blocks) else Quality.DIGGING
+    return Quality.GOOD
+
+
+def _fell(blocks: Array) -> bool:
+    """Whether one step down explains most of how a mass changed."""
+    count = len(blocks)
+    steps = [(float(blocks[:k].mean() - blocks[k:].mean()), k * (count - k) / count**2) for k in range(1, count)]
+    explained, step = max((step**2 * share, step) for step, share in steps)
+    return step > 0.0 and explained >= ONE_STEP * float(np.var(blocks))
+
+
+def weighed(found: Sequence[Plain], scale: Scale, strokes: Array) -> list[Weighing]:
+    """Weighings of a log's lifts; up and down of one load are averaged, and other lowering is left out.
+
+    Args:
+        found: lifts of one log, in order.
+        scale: the machine's.
+        strokes: of the other cylinders [m].
+    """
+    done: list[Weighing] = []
+    cycle, lowered, k = 0, True, 0
+    while k < len(found):
+        one, direction = found[k], "up"
+        if not one.upwards:
+            lowered, k = True, k + 1
+            continue
+        cycle, lowered, k = cycle + lowered, False, k + 1
+        if k < len(found) and is_same_load(one, found[k], scale, strokes):
+            one, direction, lowered, k = _mean(one, found[k]), "both", True, k + 1
+        done.append(_weighing(one, scale, cycle, direction))
+    return done
+
+
+def _weighing(one: Plain, scale: Scale, cycle: int, direction: str) -> Weighing:
+    mass, shared = scale.mass(one.mass, one.row)
+    std = math.hypot(shared, one.own_std)
+    half = TWO_SIDED_95 * std
+    return Weighing(
+        one.time, one.duration, cycle, direction, mass, std, mass - half, mass + half, one.quality, one.row, one.own_std
+    )
+
+
+def is_same_load(up: Plain, down: Plain, scale: Scale, strokes: Array) -> bool:
+    """Whether a motion down carries what the one up before it did: nothing was dumped, and friction explains it.
+
+    Args:
+        up: a lift.
+        down: the motion after it.
+        scale: the machine's.
+        strokes: of the other cylinders [m].
+    """
+    if down.upwards or up.quality is not Quality.GOOD or down.quality is not Quality.GOOD:
+        return False
+    if (np.abs(up.others - down.others) > STANDS_STILL * strokes).any():
+        return False
+    apart = scale.mass(up.mass, up.row)[0] - scale.mass(down.mass, down.row)[0]
+    _, shared = scale.mass(0.0, up.row - down.row)
+    return bool(abs(apart) <= PAIR_STDS * math.hypot(shared, up.own_std, down.own_std))
+
+
+def _mean(up: Plain, down: Plain) -> Plain:
+    """Both motions of a load as one lift: what differs by direction cancels."""
+    return replace(
+        up,
+        time=0.5 * (up.time + down.time),
+        duration=up.duration + down.duration,
+        mass=0.5 * (up.mass + down.mass),
+        row=0.5 * (up.row + down.row),
+        own_std=0.5 * math.hypot(up.own_std, down.own_std),
+    )

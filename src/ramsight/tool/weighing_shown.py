@@ -1,0 +1,63 @@
+"""Weighings as a table of the terminal, and as a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ramsight.normal import TWO_SIDED_95
+from ramsight.optional import needing
+from ramsight.tool.weighing_events import Quality, Weighing
+from ramsight.tracking.figures import AS_IT_CAME, ESTIMATE, SCREEN, legend_above, save
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+def weighings_table(found: Sequence[Weighing]) -> Table:
+    """A row a weighing."""
+    from rich.table import Table
+
+    table = Table("time", "cycle", "direction", "mass", "95 % band", "quality")
+    for one in found:
+        mass = f"{one.mass:.0f} kg" if np.isfinite(one.mass) else "–"
+        band = f"± {TWO_SIDED_95 * one.std:.0f} kg" if np.isfinite(one.std) else "–"
+        quality = "good" if one.is_good else f"bad: {one.quality.value}"
+        table.add_row(f"{one.time:.1f} s", str(one.cycle), one.direction, mass, band, quality)
+    return table
+
+
+def draw_weighings(found: Sequence[Weighing], logs: Sequence[int], path: str | Path) -> None:
+    """Draw masses with their 95 % bands over the time of their logs, bad ones apart, into a file.
+
+    Args:
+        found: the weighings.
+        logs: for each, which log it is of.
+        path: .png, .svg or .pdf.
+    """
+    with needing("figures"):
+        from matplotlib.figure import Figure
+
+    numbers = sorted(set(logs)) or [0]
+    with SCREEN.context():
+        figure = Figure(figsize=(7.2, 1.2 + 2.2 * len(numbers)), layout="constrained")
+        axes = figure.subplots(len(numbers), 1, squeeze=False)[:, 0]
+        for place, number in zip(axes, numbers, strict=True):
+            for good, colour, mark, label in ((True, ESTIMATE, "o", "good"), (False, AS_IT_CAME, "x", "bad")):
+                rows = [one for one, log in zip(found, logs, strict=True) if log == number and one.is_good is good]
+                if not rows:
+                    continue
+                times, masses = ([getattr(one, name) for one in rows] for name in ("time", "mass"))
+                half = [TWO_SIDED_95 * one.std for one in rows]
+                place.errorbar(times, masses, half, fmt=mark, color=colour, ms=4, lw=1.0, capsize=2, label=label)
+            for one, log in zip(found, logs, strict=True):
+                if log == number and not one.is_good and np.isfinite(one.mass):
+                    words = one.quality.value.partition(":")[0] if one.quality is not Quality.DIGGING else "digging"
+                    place.annotate(words, (one.time, one.mass), xytext=(4, 4), textcoords="offset points", fontsize=7)
+            place.set_ylabel("mass [kg]")
+        axes[-1].set_xlabel("time [s]")
+        legend_above(axes[0], ncols=2)
+        save(figure, path)

@@ -1,0 +1,384 @@
+"""Weighings: the force balance, windows, scales, what makes a weighing bad, totals, and the verb."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ramsight
+from ramsight import machine
+from ramsight.duty.lifting import lifting
+from ramsight.duty.linked_duty import simulate_linked, unit_run
+from ramsight.duty.profile import Profile
+from ramsight.logs import write_log
+from ramsight.plant.linkage import angles, holding_forces, joints
+from ramsight.plant.linked import build_linked
+from ramsight.tool.force_balance import balance
+from ramsight.tool.force_scale import described_scale
+from ramsight.tool.lift_windows import smoothed, windows
+from ramsight.tool.weighing_events import Plain, Quality, weighed
+from ramsight.tool.weighing_limits import SHORTEST
+
+from .command import at_once
+
+LINKED = build_linked(machine.load_machine("mining-loader"))
+LOADER = LINKED.mechanism
+STROKE = LINKED.unit("boom").cylinder.stroke
+LEVEL = {"bucket": "250 mm"}
+MASSES = (0.0, 2000.0, 7000.0)
+
+
+def log_of(duty):
+    run = simulate_linked(LINKED, duty)
+    return ramsight.drive_report(unit_run(run, "boom"))
+
+
+@pytest.fixture(scope="module")
+def shift():
+    return log_of(lifting(LINKED, MASSES))
+
+
+@pytest.fixture(scope="module")
+def found(shift):
+    return ramsight.weigh("mining-loader", shift, start="70 mm", at=LEVEL)
+
+
+# The force balance
+
+
+@pytest.mark.parametrize("payload", [0.0, 5000.0])
+@pytest.mark.parametrize("place", [(0.1, 0.25), (0.6, 0.1)])
+def test_forces_at_rest_are_those_that_hold_the_mechanism(place, payload):
+    at = np.array([place])
+    still = np.zeros((1, 2))
+    for row, unit in enumerate(LOADER.cylinders):
+        got = balance(LOADER, unit, at, still, still)
+        wanted = holding_forces(LOADER, joints(LOADER, at), payload)[0, row]
+        assert got.bodies[0] + payload * got.payload[0] == pytest.approx(wanted, rel=1e-9)
+        assert abs(got.bodies_moving[0]) < 1e-9
+
+
+def test_forces_in_motion_do_the_work_of_the_energies():
+    """Power of all rods is the rate of kinetic and potential energy, along a course of both cylinders."""
+    from ramsight.plant.linkage import potential
+
+    time = np.linspace(0.0, 2.0, 4001)
+    at = np.column_stack([0.3 + 0.1 * np.sin(2.0 * time), 0.25 + 0.05 * np.cos(3.0 * time)])
+    speed = np.gradient(at, time, axis=0)
+    acceleration = np.gradient(speed, time, axis=0)
+    payload, power = 3000.0, np.zeros(len(time))
+    for row, unit in enumerate(LOADER.cylinders):
+        got = balance(LOADER, unit, at, speed, acceleration)
+        force = got.bodies + got.bodies_moving + payload * (got.payload + got.payload_moving)
+        power += force * speed[:, row]
+    q = joints(LOADER, at)
+    turns = angles(LOADER, q)
+    kinetic = np.zeros(len(time))
+    for body in (*LOADER.bodies, None):
+        spot = LOADER.load if body is None else None
+        x, z = (spot.x, spot.z) if spot else (body.centre_x, body.centre_z)
+        name = spot.body if spot else body.name
+        places = np.array([[float(v) for v in LOADER.poses(row)[name].at(x, z)] for row in q[::40]])
+        v = np.gradient(places, time[::40], axis=0)
+        omega = np.gradient(turns[name][::40], time[::40])
+        mass, inertia = (payload, 0.0) if spot else (body.mass, body.inertia)
+        fine = 0.5 * mass * (v**2).sum(axis=1) + 0.5 * inertia * omega**2
+        kinetic += np.interp(time, time[::40], fine)
+    energy = kinetic + potential(LOADER, q, payload)
+    inner = slice(200, -200)
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(time))])
+    gained, done = energy - energy[200], work - work[200]
+    assert np.abs(gained - done)[inner].max() < 2e-3 * np.ptp(energy)
+
+
+def test_a_slope_turns_gravity():
+    """Uphill and downhill, what a body weighs along the lift differs, about cos(tilt) of what it is on the level."""
+    at, still = np.array([[0.15, 0.25]]), np.zeros((1, 2))
+    flat, up = (balance(LOADER, "boom", at, still, still, tilt) for tilt in (0.0, 0.1))
+    down = balance(LOADER, "boom", at, still, still, -0.1)
+    assert abs(up.bodies[0] - down.bodies[0]) > 1e-3 * flat.bodies[0]
+    assert 0.5 * (up.payload[0] + down.payload[0]) == pytest.approx(flat.payload[0] * math.cos(0.1), rel=1e-9)
+
+
+# Windows
+
+
+def test_windows_need_motion_that_the_torque_shows():
+    time = np.arange(0.0, 12.0, 0.02)
+    speed = np.select([(time > 1) & (time < 5), (time > 6) & (time < 11)], [0.03, -0.03], 0.0)
+    up, down = windows(time, speed, np.ones(len(time), bool), STROKE, 1.0)
+    assert (up.upwards, down.upwards) == (True, False)
+    assert time[up.rows][0] == pytest.approx(1.8, abs=0.03)
+    assert time[up.rows][-1] == pytest.approx(4.6, abs=0.05)
+    assert windows(time, speed, np.zeros(len(time), bool), STROKE, 1.0) == []
+    (other, _) = windows(time, speed, np.ones(len(time), bool), STROKE, -1.0)
+    assert not other.upwards
+    assert windows(time, 0.003 * STROKE + 0 * speed, np.ones(len(time), bool), STROKE, 1.0) == []
+
+
+def test_a_pause_of_some_samples_does_not_end_a_lift():
+    time = np.arange(0.0, 6.0, 0.02)
+    for pause, count in ((3, 1), (20, 2)):
+        speed = np.full(len(time), 0.03)
+        speed[150 : 150 + pause] = 0.0
+        assert len(windows(time, speed, np.ones(len(time), bool), STROKE, 1.0)) == count
+
+
+def test_a_motion_does_not_go_on_over_a_gap_of_the_log():
+    time = np.concatenate([np.arange(0.0, 3.0, 0.02), np.arange(13.0, 16.0, 0.02)])
+    found = windows(time, np.full(len(time), 0.03), np.ones(len(time), bool), STROKE, 1.0)
+    assert [round(one.moving, 1) for one in found] == [3.0, 3.0]
+
+
+def test_repeated_times_are_no_samples(shift):
+    twice = shift.isel(time=np.sort([*range(shift.sizes["time"]), 700, 900]))
+    one = ramsight.weigh("mining-loader", twice, start="70 mm", at=LEVEL).weighings[0]
+    assert one.is_good
+
+
+def test_smoothing_keeps_a_straight_line():
+    time = np.arange(0.0, 3.0, 0.02)
+    line = np.column_stack([2.0 * time])
+    assert np.allclose(smoothed(time, line)[10:-10], line[10:-10])
+
+
+# Scales
+
+
+def test_a_known_mass_corrects_a_mass_like_it():
+    scale = described_scale(LINKED.unit("boom"), 9e4)
+    row = np.array([7000.0, 7000.0, 0.024, 0.024])
+    after = scale.learned(4800.0, row, 5000.0, 10.0)
+    assert after.mass(4800.0, row)[0] == pytest.approx(5000.0, abs=2.0)
+    assert after.mass(4800.0, row)[1] < 12.0
+    empty = np.array([2200.0, 2200.0, 0.024, 0.024])
+    assert after.mass(0.0, empty)[1] > 3.0 * after.mass(4800.0, row)[1], "one mass leaves the other end open"
+    both = after.learned(10.0, empty, 0.0, 10.0)
+    assert both.mass(10.0, empty)[1] < 12.0
+    assert both.masses == 2
+
+
+def plain(mass, *, upwards=True, quality=Quality.GOOD, own_std=10.0, others=0.25, time=0.0):
+    direction = 1.0 if upwards else -1.0
+    row = np.array([7000.0, direction * 7000.0, 0.024, direction * 0.024])
+    return Plain(time, 5.0, upwards, mass, row, own_std, np.array([others]), quality)
+
+
+SCALE = described_scale(LINKED.unit("boom"), 9e4)
+
+
+def test_up_and_down_of_one_load_are_averaged():
+    (one,) = weighed([plain(5050.0), plain(4950.0, upwards=False)], SCALE, np.array([0.5]))
+    (alone,) = weighed([plain(5050.0)], SCALE, np.array([0.5]))
+    assert (one.direction, one.mass) == ("both", 5000.0)
+    assert one.std < 0.85 * alone.std, "losses and friction cancel"
+
+
+@pytest.mark.parametrize(
+    "down",
+    [
+        {"mass": 0.0},
+        {"mass": 4950.0, "others": 0.4},
+        {"mass": 4950.0, "quality": Quality.DIGGING},
+    ],
+)
+def test_what_was_dumped_between_is_another_load(down):
+    (one,) = weighed([plain(5050.0), plain(**down, upwards=False)], SCALE, np.array([0.5]))
+    assert (one.direction, one.mass) == ("up", 5050.0)
+
+
+def test_a_cycle_begins_with_the_first_lift_after_lowering():
+    rows = [plain(5000.0), plain(5010.0), plain(0.0, upwards=False), plain(3000.0)]
+    assert [one.cycle for one in weighed(rows, SCALE, np.array([0.5]))] == [1, 1, 2]
+
+
+# Logs
+
+
+def test_masses_are_right_and_lowering_is_no_weighing(found):
+    assert [one.is_good for one in found.weighings] == [True] * 3
+    assert [one.direction for one in found.weighings] == ["both", "up", "up"]
+    for one, mass in zip(found.weighings, MASSES, strict=True):
+        assert abs(one.mass - mass) < 40.0
+        assert one.low < mass < one.high
+    gain, by_direction = found.weighings[0].row[:2]
+    assert abs(by_direction) < 0.05 * gain, "up and down differ in sign alone"
+    assert found.total == pytest.approx(sum(MASSES), abs=60.0)
+    assert found.cycles == 2, "the empty bucket is no load"
+    shared = math.hypot(*(one.std for one in found.weighings[1:]))
+    assert found.total_std > 1.2 * shared, "the scale's error is that of all of them"
+
+
+def test_a_torque_that_is_wrong_is_learned_from_a_known_mass(shift):
+    wrong = shift.copy(deep=True)
+    wrong["motor_torque"] *= 1.03
+    plainly = ramsight.weigh("mining-loader", wrong, start="70 mm", at=LEVEL)
+    assert plainly.weighings[2].mass - 7000.0 > 200.0
+    known = log_of(lifting(LINKED, [5000.0]))
+    known["motor_torque"] *= 1.03
+    empty = log_of(lifting(LINKED, [0.0]))
+    empty["motor_torque"] *= 1.03
+    taught = ramsight.weigh("mining-loader", wrong, start="70 mm", at=LEVEL, known=[("5 t", known), (0.0, empty)])
+    assert abs(taught.weighings[2].mass - 7000.0) < 60.0
+    assert taught.weighings[2].std < 0.5 * plainly.weighings[2].std
+    assert taught.scale.masses == 3, "a load that was dumped teaches nothing where the empty tool is lowered"
+    zero = ramsight.weigh("mining-loader", wrong, start="70 mm", at=LEVEL, lowered_empty=True)
+    assert zero.scale.std[2] < 0.8 * plainly.scale.std[2]
+
+
+def test_a_declared_slope_is_allowed_for(script):
+    """The machine of `make study` that stands with its front 5 degrees up."""
+    uphill = replace(LINKED, mechanism=script("weighing").tilt(LOADER, math.radians(5.0)))
+    log = ramsight.drive_report(unit_run(simulate_linked(uphill, lifting(uphill, [6000.0])), "boom"))
+    masses = {
+        slope: ramsight.weigh("mining-loader", log, start="70 mm", at=LEVEL, inclination=f"{slope} deg")
+        .weighings[0]
+        .mass
+        for slope in (5, 0, -5)
+    }
+    assert abs(masses[5] - 6000.0) < 40.0
+    assert abs(masses[0] - 6000.0) > 60.0
+    assert abs(masses[-5] - 6000.0) > 120.0
+
+
+def changed(course):
+    duty = lifting(LINKED, [6000.0])
+    begins = duty.phases[0][1]
+    return log_of(course(duty, begins))
+
+
+def spill(duty, begins):
+    loads = duty.payload
+    time = np.sort([*loads.time, begins + 4.0, begins + 4.2])
+    return replace(
+        duty,
+        payload=Profile(time, np.where((time >= begins + 4.2) & (time < duty.phases[1][1] - 1.0), 5000.0, loads(time))),
+    )
+
+
+def dig(duty, begins):
+    time = np.arange(begins, begins + 10.0, 0.9)
+    force = np.where(np.arange(len(time)) % 2, -25e3, -2e3)
+    return replace(duty, tip_force_z=Profile([*time, begins + 10.3], [*force, 0.0]))
+
+
+def jerk(duty, begins):
+    speed = duty.motor_speed["boom"]
+    time = np.union1d(speed.time, np.arange(begins, begins + 8.0, 0.4))
+    shares = np.where((time > begins + 0.5) & (time < begins + 8.0), 0.6 + 0.4 * (np.arange(len(time)) % 2), 1.0)
+    return replace(duty, motor_speed=duty.motor_speed | {"boom": Profile(time, shares * speed(time))})
+
+
+def short(duty, begins):
+    speed = duty.motor_speed["boom"]
+    corners = [0.0, begins, begins + 0.3, begins + 1.5, begins + 1.8, float(speed.time[-1])]
+    top = float(speed.value.max())
+    return replace(duty, motor_speed=duty.motor_speed | {"boom": Profile(corners, [0.0, 0.0, top, top, 0.0, 0.0])})
+
+
+@pytest.mark.parametrize(
+    ("course", "quality"),
+    [(spill, Quality.SPILLED), (dig, Quality.DIGGING), (jerk, Quality.TOO_FAST), (short, Quality.TOO_SHORT)],
+)
+def test_a_bad_lift_says_why(course, quality):
+    one = ramsight.weigh("mining-loader", changed(course), start="70 mm", at=LEVEL).weighings[0]
+    assert one.quality is quality
+    assert not one.is_good
+    assert quality is not Quality.TOO_SHORT or one.duration < SHORTEST
+
+
+def test_an_unknown_position_is_no_weighing(shift):
+    found = ramsight.weigh("mining-loader", shift, at=LEVEL)
+    assert found.weighings
+    assert {one.quality for one in found.weighings} == {Quality.UNKNOWN_POSITION}
+    assert (found.total, found.cycles) == (0, 0)
+
+
+def test_a_bucket_anywhere_widens_the_band(shift, found):
+    anywhere = ramsight.weigh("mining-loader", shift, start="70 mm")
+    assert anywhere.weighings[2].own_std > 1.2 * found.weighings[2].own_std
+
+
+def test_the_columns_are_those_of_the_dataset(found):
+    data = found.dataset()
+    assert data.sizes["weighing"] == 3
+    assert data["mass"].attrs["units"] == "kg"
+    assert list(found.columns) == [
+        "log", "cycle", "time_s", "duration_s", "mass_kg", "mass_std_kg", "mass_low_kg", "mass_high_kg", "direction",
+        "quality", "reason",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"machine": "press"}, "no mechanism"),
+        ({"unit": "ram"}, "unit of the mechanism"),
+        ({"start": "2 m"}, "start"),
+        ({"inclination": "50 deg"}, "inclination"),
+        ({"known": [("20 t", None)]}, "known"),
+        ({"known": [("2 t", "still")]}, "no lift of it is good"),
+        ({"beside": {"bucket": None}, "known": [("2 t", None)]}, "beside"),
+    ],
+)
+def test_arguments_that_cannot_be_are_refused(shift, arguments, message):
+    passed = {"machine": "mining-loader", "logs": shift, "start": "70 mm", "at": LEVEL} | arguments
+    if "known" in passed:
+        still = shift.isel(time=slice(0, 50))
+        passed["known"] = [(mass, still) for mass, _ in passed["known"]]
+    if "beside" in passed:
+        passed["beside"] = {"bucket": shift}
+    with pytest.raises(ramsight.RamsightError, match=message):
+        ramsight.weigh(**passed)
+
+
+# The verb
+
+
+@pytest.fixture(scope="module")
+def folder(shift, tmp_path_factory):
+    made = tmp_path_factory.mktemp("weigh")
+    for name, log in (("shift.csv", shift), ("empty.csv", log_of(lifting(LINKED, [0.0])))):
+        write_log(log, made / name)
+    return made
+
+
+WORDS = ("weigh", "mining-loader", "shift.csv", "--start", "70 mm", "--at", "bucket=250 mm")
+
+
+def test_the_verb_prints_a_table_and_writes_files(folder):
+    done = at_once(*WORDS, "--empty", "empty.csv", "--out", "w.csv", "--figure", "w.png", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "3 weighings, 3 good; total" in done.stdout
+    assert "from 2 lifts of known mass" in done.stdout
+    lines = (folder / "w.csv").read_text().splitlines()
+    assert lines[0].startswith("log,cycle,time_s,duration_s,mass_kg")
+    assert len(lines) == 4
+    assert (folder / "w.png").stat().st_size > 5000
+
+
+def test_the_json_has_the_figures(folder, found):
+    done = at_once(*WORDS, "--json", cwd=folder)
+    said = json.loads(done.stdout)
+    assert said["weighings"][2]["mass"] == pytest.approx(found.weighings[2].mass, abs=5.0)
+    assert said["weighings"][2]["quality"] == "good"
+    assert said["scale"]["gain"]["std"] == pytest.approx(found.scale.std[0])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--known", "2 t"), "2 t=known.csv"),
+        (("--known", "2 t=nothing.csv"), "nothing.csv"),
+        (("--out", "w.txt"), "unknown suffix"),
+        (("--out", "shift.csv"), "shift.csv"),
+        (("--at", "bucket=1 m"), "bucket"),
+    ],
+)
+def test_what_the_verb_cannot_do_is_refused_in_a_line(folder, words, message):
+    done = at_once(*WORDS, *words, cwd=folder)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
