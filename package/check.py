@@ -26,7 +26,7 @@ import sbom
 ROOT = Path(__file__).parent.parent
 PINS = ROOT / "requirements" / "dev.txt"
 VERSIONS = ("3.11", "3.12", "3.13")
-LARGEST_WHEEL = 1_700_000  # bytes; code alone: a larger one has something in it that does not belong there
+LARGEST_WHEEL = 1_800_000  # bytes; code alone: a larger one has something in it that does not belong there
 MOST_PACKAGES = 16  # that a wheel without extras brings
 LARGEST_CORE = 600  # MB, those packages; CasADi and LLVM alone have 450
 OF_PIP = ("pip", "setuptools", "pkg_resources", "_distutils")  # what an empty environment has
