@@ -27,6 +27,8 @@ DOCS_PINS := requirements/docs.txt
 DOCS_INSTALLED := $(VENV)/docs.stamp
 SITE := build/site
 PYTEST_ARGS ?= -n 2 --dist loadfile --no-loadscope-reorder
+# One more worker than cores: who visits a page waits for it.
+SLOW_ARGS ?= -n 3 --dist loadfile --no-loadscope-reorder
 # Hundreds of processes load what the first one has compiled: a quarter of what a command's start takes.
 export PYTHONDONTWRITEBYTECODE :=
 
@@ -57,7 +59,7 @@ test: $(INSTALLED)
 	$(BIN)/python -m pytest -m "not slow" $(PYTEST_ARGS)
 
 test-slow: $(INSTALLED)
-	$(BIN)/python -m pytest -m slow $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m slow $(SLOW_ARGS)
 
 lint: $(INSTALLED)
 	$(BIN)/ruff check
