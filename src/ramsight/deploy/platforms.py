@@ -36,7 +36,8 @@ PLATFORMS = {
 }
 """By name; FMI 2.0 has names of folders for 64-bit Intel alone, and importers take those of FMI 3.0 for others."""
 # Nothing is fused, so that every platform rounds as this one does; no symbols, which would hold paths.
-_OPTIONS = (*STRICT, "-O2", "-fPIC", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
+OPTIONS = (*STRICT, "-O2", "-fPIC", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
+"""How a library is compiled."""
 
 
 def platforms_of(text: str | None) -> tuple[str, ...] | None:
@@ -87,7 +88,7 @@ def binaries(files: Mapping[str, str], identifier: str, fmi: int, names: Iterabl
         for one in chosen:
             name = f"{identifier}{one.suffix}"
             math = [] if one.suffix == ".dll" else ["-lm"]
-            run([zig, "cc", "-target", one.target, *_OPTIONS, *sources, "-o", name, *math], folder)
+            run([zig, "cc", "-target", one.target, *OPTIONS, *sources, "-o", name, *math], folder)
             found[f"binaries/{one.folders[fmi]}/{name}"] = (folder / name).read_bytes()
     return found
 
