@@ -111,6 +111,9 @@ def page(loader, visitor):
     assert wrong == []
 
 
+FIXTURES = browser, loader, visitor, page
+
+
 def newest(page, name, unit="boom"):
     return page.evaluate(f"studio.units[{json.dumps(unit)}][{json.dumps(name)}]?.at(-1) ?? null")
 

@@ -23,9 +23,9 @@ from ramsight.cli import app
 from ramsight.histories.history_store import HistoryStore
 from ramsight.histories.record import MachineKey
 
-from . import studio_pages
 from .history_bench import life
 from .studio_pages import (
+    FIXTURES,
     TRACES,
     answered,
     newest,
@@ -42,9 +42,7 @@ pytestmark = pytest.mark.slow
 
 pytest.importorskip("nicegui", reason="needs the extra studio")
 
-browser, loader, visitor, page = (
-    studio_pages.browser, studio_pages.loader, studio_pages.visitor, studio_pages.page,
-)  # fmt: skip
+browser, loader, visitor, page = FIXTURES
 
 
 def test_the_lever_moves_the_boom_and_the_estimate_follows_within_the_band(page):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -149,18 +149,3 @@ def followed(linked: LinkedMachine, name: str, log: Any, start: float | None, ch
     if done.track is None:
         raise DescriptionError("has no samples", key=f"log of {name}")
     return done.track
-
-
-def by_unit(texts: Iterable[str] | None, key: str, example: str) -> dict[str, str]:
-    """Texts as they stand on a command line: ``bucket=bucket.csv``.
-
-    Raises:
-        DescriptionError: one of them has no name or no value, or a unit comes twice.
-    """
-    found: dict[str, str] = {}
-    for text in texts or ():
-        name, equals, value = text.partition("=")
-        if not equals or not name or not value or name in found:
-            raise DescriptionError("is not UNIT=VALUE, each unit once", key=key, value=text, allowed=example)
-        found[name] = value
-    return found

@@ -26,7 +26,6 @@ from ramsight.sensor.inputs.sample import REPORTED
 from ramsight.sensor.persistence import StateFile, said
 from ramsight.sensor.thresholds import START_STD
 from ramsight.signals import Dataset, Signals
-from ramsight.tool.tool_track import TOOL, WithTool
 from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
 from ramsight.tracking.credible import known_position
 from ramsight.tracking.pieces import TABLE, Pieces, track_pieces
@@ -298,12 +297,12 @@ def follow(
         passes = partial(
             track_pieces, out=out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it, available=available,
             more=more if back is None else (*more, *back.further),
-            beside=(*(() if tool is None else TOOL), *(back.further if both and back is not None else ())),
+            beside=(*(() if tool is None else tool.columns), *(back.further if both and back is not None else ())),
         )  # fmt: skip
 
         def follower() -> Follower:
             plain = virtual if back is None else back.recalled()
-            return plain if tool is None else WithTool(plain, unit.name, tool)
+            return plain if tool is None else tool.following(plain, unit.name)
 
         done = passes(follower(), seen)
         if (mistake := watch.mistake) is not None:  # known at the end alone: the track is made again, and says it

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ramsight.cli.reporting import report
-from ramsight.errors import one_line, printable
+from ramsight.errors import DescriptionError, one_line, printable
 from ramsight.log_formats import READABLE
 
 if TYPE_CHECKING:
@@ -180,3 +180,18 @@ def strictly(*, is_strict: bool) -> Iterator[None]:
         what = "1 warning" if said == 1 else f"{said} warnings"
         say_error(f"{what}, and --strict takes a warning for an error; what was asked for is written")
         raise typer.Exit(WARNED)
+
+
+def by_unit(texts: Iterable[str] | None, key: str, example: str) -> dict[str, str]:
+    """Texts as they stand on a command line: ``bucket=bucket.csv``.
+
+    Raises:
+        DescriptionError: one of them has no name or no value, or a unit comes twice.
+    """
+    found: dict[str, str] = {}
+    for text in texts or ():
+        name, equals, value = text.partition("=")
+        if not equals or not name or not value or name in found:
+            raise DescriptionError("is not UNIT=VALUE, each unit once", key=key, value=text, allowed=example)
+        found[name] = value
+    return found

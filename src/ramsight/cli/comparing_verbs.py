@@ -79,14 +79,12 @@ def compare(
     _check_asked(asked, within, other, tolerance, {"--out": out, "--figure": figure, "--hindsight": hindsight or None})
     from ramsight.api.second_channel import compare as compared
     from ramsight.optional import check_extra
-    from ramsight.output import FIGURE_FILES, check_apart, check_installed, check_target
+    from ramsight.output import FIGURE_FILES, check_apart, check_table, check_target
     from ramsight.tracking.compared_figure import compared_figure, write_compared
     from ramsight.tracking.comparing import TOLERANCE
     from ramsight.tracking.figures import verbatim
 
-    check_target(out, (".csv", ".csv.gz", ".parquet"))
-    if out is not None:
-        check_installed(out)
+    check_table(out)
     check_target(figure, FIGURE_FILES)
     check_extra("datasets" if dc is None else "identify", *(["figures"] if figure is not None else []))
     read: dict[str, str | Path | None] = {"the machine": machine, "the log": log, "the other": other}

@@ -193,10 +193,9 @@ def history_export(
     """
     from ramsight.api.histories import histories
     from ramsight.histories.history_dataset import table_of
-    from ramsight.output import check_installed, check_target, open_table
+    from ramsight.output import check_table, open_table
 
-    check_target(out, (".csv", ".csv.gz", ".parquet"))
-    check_installed(out)
+    check_table(out)
     columns = table_of(histories(store, machine, unit, serial))
     with open_table(out, formats=dict.fromkeys(columns, "%.9g")) as table:
         table.append(columns)

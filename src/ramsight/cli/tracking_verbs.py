@@ -17,6 +17,7 @@ from ramsight.cli.common import (
     Requirement,
     StandingUnits,
     Strict,
+    by_unit,
     named_unit,
     say,
     say_error,
@@ -212,8 +213,6 @@ def track(
     from ramsight.errors import DescriptionError
     from ramsight.machine import load_machine
     from ramsight.plant.build import build
-    from ramsight.tool.tool_figure import draw_tool
-    from ramsight.tool.tool_track import TOOL
     from ramsight.tracking.availability import TIME_TO_ALERT
     from ramsight.tracking.credible import known_position
     from ramsight.tracking.figures import tracked_figure, verbatim
@@ -247,7 +246,7 @@ def track(
             out=out,
             keep_track=true is not None or figure is not None or asked is not None or tool_figure is not None,
             keep_log=figure is not None or asked is not None,
-            more=("mode", "reference", *(() if point is None else TOOL)),
+            more=("mode", "reference", *(() if point is None else point.columns)),
             tool=point,
             available=available,
             hindsight=hindsight,
@@ -263,6 +262,8 @@ def track(
         if figure is not None and done.track is not None and done.log is not None:
             tracked_figure(done.log, done.track, true, title, figure, look)
         if tool_figure is not None and done.track is not None:
+            from ramsight.tool.tool_figure import draw_tool
+
             draw_tool(done.track, verbatim(f"{description.title or description.name}, {tool}: {log.name}"), tool_figure)
         give(unit=unit, **done.figures, mistake=done.mistake)
         say_lines(done.summary)
@@ -324,14 +325,12 @@ def _overlaid(
     from ramsight.api.overlaying import overlay
     from ramsight.api.plotting import look_of
     from ramsight.optional import check_extra
-    from ramsight.output import check_apart, check_figure, check_installed, check_target
+    from ramsight.output import check_apart, check_figure, check_table
     from ramsight.tracking.figures import verbatim
     from ramsight.tracking.overlay_figure import overlay_figure, write_overlay
 
     figure, width, style = drawn
-    check_target(out, (".csv", ".csv.gz", ".parquet"))
-    if out is not None:
-        check_installed(out)
+    check_table(out)
     check_figure(figure)
     check_extra("datasets")
     read: dict[str, str | Path | None] = {
@@ -354,7 +353,7 @@ def _tool(
     description: Described, tool: str, beside: list[str] | None, at: list[str] | None, channel_map: Path | None
 ) -> ToolPoint:
     """The point that is asked for, with what is known of the other units."""
-    from ramsight.api.tool_places import by_unit, others_of, tool_of
+    from ramsight.api.tool_places import others_of, tool_of
     from ramsight.plant.linked import build_linked
 
     linked = build_linked(description)

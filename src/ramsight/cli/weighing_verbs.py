@@ -13,6 +13,7 @@ from ramsight.cli.common import (
     ChannelMapFile,
     Machine,
     StandingUnits,
+    by_unit,
     say_lines,
     say_table,
     say_written,
@@ -51,15 +52,12 @@ def weigh(
 
     Example: ramsight weigh mining-loader log.csv.gz --start "100 mm" --at "bucket=250 mm"
     """
-    from ramsight.api.tool_places import by_unit
     from ramsight.api.weighing import weigh as weigh_logs
     from ramsight.errors import DescriptionError
-    from ramsight.output import check_apart, check_figure, check_installed, check_target, open_table
+    from ramsight.output import check_apart, check_figure, check_table, open_table
     from ramsight.tool.weighing_shown import draw_weighings, weighings_table
 
-    check_target(out, (".csv", ".csv.gz", ".parquet"))
-    if out is not None:
-        check_installed(out)
+    check_table(out)
     check_figure(figure)
     masses: list[tuple[float | str, Path]] = [(0.0, one) for one in empty or ()]
     for text in known or ():

@@ -28,10 +28,6 @@ from ramsight.sensor.kalman import Passage, Pipe
 from ramsight.sensor.kept_sensor import kept_sensor
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.report.detectors import DETECTORS
-from ramsight.sensor.report.status_rules import first_of, outside_temperature
-from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import OVERSPEED_SHARE
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 Array = NDArray[np.float64]
@@ -269,7 +265,7 @@ def _aside(passage: Passage) -> dict[str, Scalar]:
         "width": passage.after.bank.band_width,
         "wrong": ca.SX(updated.bank.together.wrong),
         "status": aside.status,
-        "beneath": ca.if_else(aside.status == float(Status.NEAR_RELIEF), _beneath(passage), aside.status),
+        "beneath": aside.beneath,
         "by_start": count(all_of(passage.predicted.bank.state.entered, negated(state.confirmed))),
         "updated": count(all_of(counts, updated.is_update)),
         "put_back": put_back,
@@ -278,17 +274,6 @@ def _aside(passage: Passage) -> dict[str, Scalar]:
         "normal": measured.normal,
         "moved": measured.moved,
     }
-
-
-def _beneath(passage: Passage) -> Scalar:
-    """What a status *near the relief valve's pressure* hides, as a number; nothing of the position's certainty."""
-    sample, intake = passage.at.sample, passage.at.intake
-    conditions = {
-        Status.OUTSIDE_TEMPERATURE: outside_temperature(sample),
-        Status.OUTSIDE_SPEED: ca.fabs(sample.motor_speed) > OVERSPEED_SHARE * passage.pipe.model.max_speed,
-        Status.TEMPERATURE_LOST: intake.temperature_bad,
-    }
-    return first_of(conditions, without={one.status for one in DETECTORS} - conditions.keys())
 
 
 def _of_hypotheses(

@@ -12,11 +12,11 @@ from ramsight.output.command_files import check_apart, check_state
 from ramsight.output.dataset import DATASET_FILES, DATASETS, column_name, open_dataset, write_dataset
 from ramsight.output.exclusive import Exclusive, HeldError
 from ramsight.output.folder import check_folder, whole_folder
-from ramsight.output.table_file import TABLE_FILES, TABLES, check_installed, open_table, write_table
+from ramsight.output.table_file import TABLE_FILES, TABLES, check_installed, check_table, open_table, write_table
 
 __all__ = [
     "DATASETS", "DATASET_FILES", "DECIMALS", "FIGURE_FILES", "TABLES", "TABLE_FILES", "Coded", "Exclusive",
     "HeldError", "atomic_path", "check_apart", "check_figure", "check_folder", "check_installed", "check_state",
-    "check_target", "column_name", "flush_folder", "open_dataset", "open_table", "whole_folder", "write_dataset",
-    "write_table", "write_text",
+    "check_table", "check_target", "column_name", "flush_folder", "open_dataset", "open_table", "whole_folder",
+    "write_dataset", "write_table", "write_text",
 ]  # fmt: skip

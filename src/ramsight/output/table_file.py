@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from ramsight.arrays import Array
 from ramsight.errors import one_line
-from ramsight.output.atomic import atomic_path, suffix_of
+from ramsight.output.atomic import atomic_path, check_target, suffix_of
 from ramsight.output.cells import Coded, Column, quoted, rows_text
 from ramsight.output.table_writer import TableWriter, clock_of, installed, numbers, part
 
 TABLES = (".csv", ".csv.gz")
-TABLE_FILES = (*TABLES, ".parquet", ".mf4", ".mcap")
+ROW_FILES = (*TABLES, ".parquet")
+TABLE_FILES = (*ROW_FILES, ".mf4", ".mcap")
 
 _ROWS_AT_ONCE = 1 << 14
 _PACKED = 4  # gzip's level: twice as fast as its usual 9 is, and a tenth larger
@@ -139,6 +140,20 @@ def check_installed(path: str | Path) -> None:
     for suffix, (package, extra) in _PACKAGES.items():
         if Path(path).name.endswith(suffix):
             installed(package, extra, path)
+
+
+def check_table(path: Path | None) -> None:
+    """Reject a place for a table of rows that cannot be written: no CSV or Parquet, or what that needs is missing.
+
+    Args:
+        path: the file to be; `None` is always right.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    check_target(path, ROW_FILES)
+    if path is not None:
+        check_installed(path)
 
 
 class ParquetTable(TableWriter):

@@ -54,6 +54,14 @@ class Controls:
         self._hold.set_value(settings["holds_oil"])
         self._quiet = False
 
+    def turn(self, name: str, shown: float) -> None:
+        """Set a knob, as a visitor does by its slider."""
+        self._knobs[name].set_value(shown)
+
+    def fault(self, name: str, *, on: bool) -> None:
+        """Switch a fault, as a visitor does."""
+        self._faults[name].set_value(on)
+
     def _say(self, *command: Any) -> None:
         if not self._quiet:
             self._session.say(*command)

@@ -88,8 +88,8 @@ def live_page(
             ui.run_javascript(f"studio.address({json.dumps(now)})")
         address = now
         gone_on, again, begun = story.show(frame.telling), frame.begun != begun, frame.begun
-        pressed = race.show(frame.settings)
-        if gone_on or again or pressed:  # a scene or a button has set something
+        race.show(frame.settings)
+        if gone_on or again:  # a scene has set something
             controls.follow(frame.settings, levers=again)
 
     view = f"studio.show({json.dumps(shown)}); studio.strips({json.dumps(setting.strips)})"
@@ -120,7 +120,7 @@ def _first_column(
         begin.props('dense size=sm no-caps title="positions, knobs, faults and sensors as at first"')
         controls = Controls(session, units, signs)
     with ui.column().classes("gap-3 w-full").bind_visibility_from(choice, "value", value=_RACE):
-        race = RacePanel(session.say, lambda: play(None))
+        race = RacePanel(session.say, lambda: play(None), controls)
     controls.follow(setting.settings, levers=False)
     if scenario is not None:
         play(scenario)

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from nicegui import ui
 
-from ramsight.studio.knobs import WRONG_START, Knobs
+from ramsight.studio.controls import Controls
+from ramsight.studio.knobs import KNOBS, WRONG_START
 from ramsight.studio.playing import ENDS
 
 _RACERS = {"kalman": "kalman", "balance": "dead reckoning", "table": "the paper's table"}
-_TROUBLES: dict[str, tuple[Any, ...]] = {
-    "hot oil": ("oil_temperature", 333.15),
+_TROUBLES: dict[str, tuple[str, float | None]] = {
+    "hot oil": ("oil_temperature", 60.0),
     "worn pump": ("leak", 1.6),
     "torque that lies": ("torque_gain", 1.06),
-    "an obstacle": ("obstacle",),
-    "power cut": ("power",),
+    "an obstacle": ("obstacle", None),
+    "power cut": ("power", None),
 }
-"""What goes wrong: a knob with its value, or a fault."""
-_FOLLOWS = 3.0  # s after a press, within which the machine's setting shows it
+"""What goes wrong: a knob and where its slider then is, or a fault."""
+_KNOBS = {one.name: one for one in KNOBS}
 
 
 class RacePanel:
@@ -29,11 +29,11 @@ class RacePanel:
     Args:
         say: passes a command to the machine.
         begin: has the machine begin again, with nothing that plays.
+        controls: of the machine, which show what a button sets.
     """
 
-    def __init__(self, say: Callable[..., None], begin: Callable[[], None]) -> None:
-        self._say, self._begin = say, begin
-        self._pressed = 0.0
+    def __init__(self, say: Callable[..., None], begin: Callable[[], None], controls: Controls) -> None:
+        self._say, self._begin, self._controls = say, begin, controls
         self._buttons: dict[str, ui.button] = {}
         with ui.element("section").classes("panel race").props('aria-label="race of the sensors"'):
             ui.html("<h2>The race</h2>", sanitize=False)
@@ -56,32 +56,30 @@ class RacePanel:
         self._begin()
         self._say("sense", "table", True)
         self._say("play", ENDS)
-        ui.run_javascript("studio.raceBegins()")
 
     def _press(self, name: str) -> None:
-        is_on = self._buttons[name].props.get("aria-pressed") == "true"
-        what, *value = _TROUBLES[name]
-        if value:
-            self._say("knobs", {what: getattr(Knobs(), what) if is_on else value[0]})
+        is_on = self._is_pressed(name)
+        what, value = _TROUBLES[name]
+        if value is None:
+            self._controls.fault(what, on=not is_on)
         else:
-            self._say("fault", what, not is_on)
-        self._pressed = time.monotonic()
+            self._controls.turn(what, _KNOBS[what].first if is_on else value)
 
-    def show(self, settings: Mapping[str, Any]) -> bool:
+    def _is_pressed(self, name: str) -> bool:
+        return self._buttons[name].props.get("aria-pressed") == "true"
+
+    def show(self, settings: Mapping[str, Any]) -> None:
         """Mark what is wrong now.
 
         Args:
             settings: of a `worker.Frame`.
-
-        Returns:
-            Whether a button has just set something.
         """
+        knobs, faults = settings["knobs"], settings["faults"]
         for name, button in self._buttons.items():
-            what, *value = _TROUBLES[name]
-            is_on = settings["knobs"][what] == value[0] if value else what in settings["faults"]
-            if (button.props.get("aria-pressed") == "true") is not is_on:
+            what, value = _TROUBLES[name]
+            is_on = what in faults if value is None else _KNOBS[what].shown(knobs[what]) == value
+            if self._is_pressed(name) is not is_on:
                 button.props(f"aria-pressed={'true' if is_on else 'false'}")
-        return time.monotonic() - self._pressed < _FOLLOWS
 
 
 def _number(kind: str, words: str) -> str:

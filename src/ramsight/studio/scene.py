@@ -172,15 +172,13 @@ class MachineScene:
         colours = dict(zip(outlines, itertools.cycle(COLOURS)))
         tool = self._linked.mechanism.tip.body
         place = scenery(drawn.frame) if self._drives else truck(drawn.frame)
-        if self._drives:  # the plates of an arm stand on both sides of its cylinders
+        if self._drives:
             chassis(place)
-            self._bodies = {n: plates(one, (-_APART, _APART), PLATE, colours[n]) for n, one in outlines.items()}
         else:
             chassis(place, 0.7 * _APART + 0.7)
-            self._bodies = {name: self._mast(name, drawn) for name in outlines}
+        self._bodies = {name: self._body(name, drawn, one, colours[name]) for name, one in outlines.items()}
         if drawn.bucket is not None:
-            self._bodies[tool].delete()
-            self._bodies[tool], outlines[tool] = shell(drawn.bucket), drawn.bucket.outline
+            outlines[tool] = drawn.bucket.outline
         self._ghosts = {name: plates(one, (0.0,), 0.6 * PLATE, GHOST, 0.35) for name, one in outlines.items()}
         unit = np.array([[0.0, -0.5], [1.0, -0.5], [1.0, 0.5], [0.0, 0.5]])
 
@@ -199,6 +197,15 @@ class MachineScene:
         far = 0.7 * float(np.max(np.ptp(everything, axis=0))) + 0.3
         self._set_out((float(x), float(z)), (0.35 * far, 0.3 * far), far)
         self.show(middle, middle)
+
+    def _body(self, name: str, drawn: Shapes, outline: Array, colour: str) -> Any:
+        """A body: the bucket, plates on both sides of an arm's cylinders, or a part of a mast."""
+        assert self._linked is not None
+        if drawn.bucket is not None and name == self._linked.mechanism.tip.body:
+            return shell(drawn.bucket)
+        if self._drives:
+            return plates(outline, (-_APART, _APART), PLATE, colour)
+        return self._mast(name, drawn)
 
     def _mast(self, name: str, drawn: Shapes) -> Any:
         """A body that slides: the fork, or a stage of the mast."""

@@ -34,6 +34,11 @@ class Balance:
     bodies_moving: Array
     payload_moving: Array
 
+    @property
+    def in_motion(self) -> tuple[Array, Array]:
+        """Both with what motion adds: of the bodies [N], and per payload [N/kg]."""
+        return self.bodies + self.bodies_moving, self.payload + self.payload_moving
+
 
 def balance(
     mechanism: Mechanism, unit: str, position: Array, velocity: Array, acceleration: Array, inclination: float = 0.0

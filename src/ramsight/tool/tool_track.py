@@ -40,6 +40,15 @@ class ToolPoint:
     others: Others
     correlation: float = 0.0
 
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Those of `TOOL`."""
+        return TOOL
+
+    def following(self, follower: Follower, unit: str) -> WithTool:
+        """A follower of a unit whose track says where the tool is, too."""
+        return WithTool(follower, unit, self)
+
     def beside(self, unit: str, track: Signals) -> Signals:
         """A unit's track with the tool's place in further columns."""
         rods = self.others.rods(self.machine, unit, track)

@@ -46,7 +46,8 @@ class Others:
     def rods(self, machine: LinkedMachine, unit: str, track: Samples) -> Rods:
         """All cylinders at the times of a unit's track."""
         time = track["time"].values
-        columns = [self._one(machine, name, track if name == unit else None, time) for name in _names(machine)]
+        names = machine.mechanism.cylinders
+        columns = [self._one(machine, name, track if name == unit else None, time) for name in names]
         return Rods(*(np.column_stack(parts) for parts in zip(*columns, strict=True)))
 
     def _one(self, machine: LinkedMachine, name: str, own: Samples | None, time: Array) -> tuple[Array, Array, Array]:
@@ -58,10 +59,6 @@ class Others:
             return still + self.held[name], still, still + self.held_std
         stroke = machine.unit(name).cylinder.stroke
         return still + 0.5 * stroke, still, still + stroke / np.sqrt(12.0)
-
-
-def _names(machine: LinkedMachine) -> tuple[str, ...]:
-    return machine.mechanism.cylinders
 
 
 def _at(track: Samples, time: Array) -> tuple[Array, Array, Array]:

@@ -27,6 +27,7 @@ from ramsight.sensor.report.status_rules import (
     first_of,
     implausible_torque,
 )
+from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import FASTEST_SHARE, NOISE_AVERAGED, TINY
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOAD_AGE, LOAD_STD, LOWEST, REFERENCED_NOW, Outputs, Report
 
@@ -74,10 +75,12 @@ class Aside:
     Attributes:
         beside: what else is uncertain of the position.
         status: of the sample, without what is said of the position's certainty.
+        beneath: the same without *near the relief valve's pressure*, which may hide something.
     """
 
     beside: Beside
     status: Scalar
+    beneath: Scalar
 
 
 def report(
@@ -118,7 +121,8 @@ def report(
     }
     after = ReportState(position=shown, velocity=velocity, unseen=unseen_state, plausibility=plausibility)
     found = Report(shown, said.std + offset, velocity, step.load.value, first_of(conditions), more, outcome.known)
-    return after, found, Aside(beside, first_of(conditions, without=OF_POSITION))
+    status = first_of(conditions, without=OF_POSITION)
+    return after, found, Aside(beside, status, first_of(conditions, without=OF_POSITION | {Status.NEAR_RELIEF}))
 
 
 def _unseen(

@@ -4,8 +4,6 @@
   const RACERS = ["kalman", "balance", "table"];
   let most = {}, unit = "", begun = -1;
 
-  studio.raceBegins = () => { most = {}; };
-
   const mm = (v) => v.toFixed(v < 10 ? 1 : 0);
   const known = (v) => v !== null && v !== undefined;
 
