@@ -34,9 +34,8 @@ class Balance:
     bodies_moving: Array
     payload_moving: Array
 
-    @property
     def in_motion(self) -> tuple[Array, Array]:
-        """Both with what motion adds: of the bodies [N], and per payload [N/kg]."""
+        """Force of the bodies [N] and force per payload [N/kg], both with what motion adds."""
         return self.bodies + self.bodies_moving, self.payload + self.payload_moving
 
 

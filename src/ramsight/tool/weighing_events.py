@@ -189,7 +189,7 @@ def _lift(scene: Scene, track: Signals, rods: Rods, acceleration: Array, window:
     known = np.isfinite(found.payload) & np.isfinite(force) & np.isfinite(here.std).all(axis=1)
     if not known.all():
         return replace(nothing, quality=Quality.UNKNOWN_POSITION)
-    b, p = found.in_motion
+    b, p = found.in_motion()
     squares = float(p @ p)
     mass, push, shift = float(p @ (force - b)) / squares, float(p @ force) / squares, float(p.sum()) / squares
     direction = 1.0 if window.upwards else -1.0
@@ -221,7 +221,7 @@ def _by_positions(scene: Scene, rods: Rods, acceleration: Array, force: Array, m
     """Deviation of a mass by those of the positions and of the inclination [kg]."""
 
     def of(moved: Rods, tilt: float = 0.0) -> float:
-        b, p = scene.balance(moved, acceleration, tilt).in_motion
+        b, p = scene.balance(moved, acceleration, tilt).in_motion()
         return float(np.nansum(p * (force - b)) / np.nansum(p * p)) - mass
 
     parts = [of(rods, INCLINATION_STD)]
