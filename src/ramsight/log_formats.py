@@ -6,15 +6,11 @@ from typing import NamedTuple
 
 
 class Format(NamedTuple):
-    """A kind of log.
-
-    Attributes:
-        module: of `ramsight.logs`, that reads it.
-    """
+    """A kind of log."""
 
     name: str
     suffixes: tuple[str, ...]
-    module: str
+    module: str  # of `ramsight.logs`, that reads it
     source: str
 
 

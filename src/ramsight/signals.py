@@ -25,24 +25,16 @@ TIME = "time"
 
 @dataclass(frozen=True)
 class Signal:
-    """One column.
+    """One column."""
 
-    Attributes:
-        values: shape (samples,).
-        attrs: its ``units`` and ``long_name``, as those of a Dataset's variable.
-    """
-
-    values: NDArray[Any]
+    values: NDArray[Any]  # shape (samples,)
+    # its `units` and `long_name`, as those of a Dataset's variable
     attrs: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Signals:
     """Columns over `time`.
-
-    Attributes:
-        columns: by their names, `time` among them.
-        attrs: of all of them together.
 
     Example:
         >>> position = Signal(np.array([0.2, 0.3]), {"units": "m"})
@@ -51,8 +43,8 @@ class Signals:
         (('position',), 2, [0.2, 0.3], 'm')
     """
 
-    columns: Mapping[str, Signal]
-    attrs: Mapping[str, Any] = field(default_factory=dict)
+    columns: Mapping[str, Signal]  # by their names, `time` among them
+    attrs: Mapping[str, Any] = field(default_factory=dict)  # of all of them together
 
     @classmethod
     def of(cls, samples: Samples) -> Signals:

@@ -23,17 +23,11 @@ _FAST = 1.0  # rad/s; what turns more slowly is not looked at as a leak test
 
 @dataclass(frozen=True)
 class Ability:
-    """Something that a unit can have, or not.
+    """Something that a unit can have, or not."""
 
-    Args:
-        what: for example ``leak test``.
-        can: whether it can, at least in part.
-        how: how, or why not, in words.
-    """
-
-    what: str
-    can: bool
-    how: str
+    what: str  # for example `leak test`
+    can: bool  # whether it can, at least in part
+    how: str  # how, or why not, in words
 
     @property
     def text(self) -> str:

@@ -245,14 +245,10 @@ _FACTORS = tuple(one.name for one in fields(AsBuilt))
 
 @dataclass(frozen=True)
 class Varied:
-    """Machines, and what is varied of them.
+    """Machines, and what is varied of them."""
 
-    Attributes:
-        units: the machines.
-        coordinates: values of what is varied [SI], shape (machines,), by name, each with its unit.
-    """
-
-    units: list[HydraulicUnit]
+    units: list[HydraulicUnit]  # the machines
+    # values of what is varied [SI], shape (machines,), by name, each with its unit
     coordinates: Mapping[str, tuple[Any, str]]
 
 

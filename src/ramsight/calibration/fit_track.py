@@ -369,17 +369,11 @@ class _Model:
 
 @dataclass(frozen=True)
 class _Curve:
-    """What a position sensor reads beside its line, as it was measured along runs.
+    """What a position sensor reads beside its line, as it was measured along runs."""
 
-    Args:
-        known: the curve's knots [m]; none where the sensor is declared to have no curve.
-        std: of a knot [m].
-        hats: of each run, shape (samples, knots): how a knot moves the reading from that at the run's start.
-    """
-
-    known: Array
-    std: float
-    hats: list[Array]
+    known: Array  # the curve's knots [m]; none where the sensor is declared to have no curve
+    std: float  # of a knot [m]
+    hats: list[Array]  # of each run, shape (samples, knots): how a knot moves the reading from that at the run's start
 
     @property
     def knots(self) -> int:

@@ -32,19 +32,14 @@ _FLOOR = 7e-6  # share of the stroke; what a node's mean is not known better tha
 
 @dataclass(frozen=True)
 class BalanceFit:
-    """What the volume balance tells.
-
-    Attributes:
-        free: the values that were fitted.
-        half_width: half of the 95 % interval of each value, and of those that are not identified what it would be.
-        residual: root mean square of what a move's nodes leave unexplained [m].
-        none: the values that are zero as far as the log tells, and held there; at most their `half_width`.
-    """
+    """What the volume balance tells."""
 
     deviation: Deviation
-    free: tuple[str, ...]
+    free: tuple[str, ...]  # the values that were fitted
+    # half of the 95 % interval of each value, and of those that are not identified what it would be
     half_width: dict[str, float]
-    residual: float
+    residual: float  # root mean square of what a move's nodes leave unexplained [m]
+    # the values that are zero as far as the log tells, and held there; at most their `half_width`
     none: tuple[str, ...] = ()
 
 

@@ -44,24 +44,16 @@ _SCATTER = 5.0  # by how many median deviations
 
 @dataclass(frozen=True)
 class FrictionFit:
-    """What lifting and lowering tell.
+    """What lifting and lowering tell."""
 
-    Attributes:
-        value: friction of the cylinder over the data sheet's; hydro-mechanical efficiency of the pumps less the
-            described one. The data sheet's where the log does not tell.
-        half_width: half of each 95 % interval; of a value that is not identified what it would be.
-        identified: which of the two the log identifies.
-        loads: how many loads were lifted and lowered.
-        per_no_load: change of the friction factor if the pumps' no-load torque is a quarter larger than described.
-        as_described: half of the friction's 95 % interval if the no-load torque is what is described.
-    """
-
+    # friction of the cylinder over the data sheet's; hydro-mechanical efficiency of the pumps less the described one.
+    # The data sheet's where the log does not tell.
     value: dict[str, float]
-    half_width: dict[str, float]
-    identified: frozenset[str]
-    loads: int
-    per_no_load: float
-    as_described: float
+    half_width: dict[str, float]  # half of each 95 % interval; of a value that is not identified what it would be
+    identified: frozenset[str]  # which of the two the log identifies
+    loads: int  # how many loads were lifted and lowered
+    per_no_load: float  # change of the friction factor if the pumps' no-load torque is a quarter larger than described
+    as_described: float  # half of the friction's 95 % interval if the no-load torque is what is described
 
 
 @dataclass(frozen=True)
@@ -82,16 +74,11 @@ class _Forces:
 
 @dataclass(frozen=True)
 class _Solved:
-    """A least squares fit: friction, and the efficiency if it was free.
-
-    Attributes:
-        half: of their 95 % intervals by scatter alone.
-        shift: of the friction, a standard deviation each, by what is taken as described.
-    """
+    """A least squares fit: friction, and the efficiency if it was free."""
 
     value: dict[str, float]
-    half: dict[str, float]
-    shift: dict[str, float]
+    half: dict[str, float]  # of their 95 % intervals by scatter alone
+    shift: dict[str, float]  # of the friction, a standard deviation each, by what is taken as described
 
 
 def fit_friction(problem: BalanceProblem, how: Deviation, groups: Places, separate: bool | None = None) -> FrictionFit:

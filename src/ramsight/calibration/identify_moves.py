@@ -38,22 +38,15 @@ _GAP = 5.0  # sample periods; a longer distance between samples is a gap
 
 @dataclass(frozen=True)
 class Moves:
-    """Nodes: blocks of samples in moves, in the order of time.
+    """Nodes: blocks of samples in moves, in the order of time."""
 
-    Attributes:
-        first, last: of each node's samples, the last one excluded, shape (n,).
-        run: number of the move, shape (n,).
-        chain: nodes with the same number are joined by the balance, shape (n,).
-        lifting: whether the move lifts, shape (n,).
-        held: whether the load stands while the motor does, so that nodes before and after a rest are joined.
-    """
-
+    # first, last: of each node's samples, the last one excluded, shape (n,)
     first: Places
     last: Places
-    run: Places
-    chain: Places
-    lifting: Bools
-    held: bool
+    run: Places  # number of the move, shape (n,)
+    chain: Places  # nodes with the same number are joined by the balance, shape (n,)
+    lifting: Bools  # whether the move lifts, shape (n,)
+    held: bool  # whether the load stands while the motor does, so that nodes before and after a rest are joined
 
     def mean(self, values: Array) -> Array:
         """Mean of a column over each node."""

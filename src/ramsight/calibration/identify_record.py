@@ -28,25 +28,15 @@ class IdentifyError(RamsightError):
 
 @dataclass(frozen=True)
 class Record:
-    """What was recorded; the position is smoothed over 0.1 s, the oil's temperature over 2 s.
+    """What was recorded; the position is smoothed over 0.1 s, the oil's temperature over 2 s."""
 
-    Attributes:
-        time: [s], shape (n,).
-        motor_speed: [rad/s].
-        motor_torque: [N m].
-        oil_temperature: [K].
-        position: [m].
-        period: of the samples [s].
-        speed_step: in which the drive reports speed [rad/s].
-    """
-
-    time: Array
-    motor_speed: Array
-    motor_torque: Array
-    oil_temperature: Array
-    position: Array
-    period: float
-    speed_step: float
+    time: Array  # [s], shape (n,)
+    motor_speed: Array  # [rad/s]
+    motor_torque: Array  # [N m]
+    oil_temperature: Array  # [K]
+    position: Array  # [m]
+    period: float  # of the samples [s]
+    speed_step: float  # in which the drive reports speed [rad/s]
 
     @property
     def velocity(self) -> Array:

@@ -66,25 +66,15 @@ class Deviation:
 
 @dataclass(frozen=True)
 class Run:
-    """A record as the circuit explains it; every array has the shape (n,).
+    """A record as the circuit explains it; every array has the shape (n,)."""
 
-    Attributes:
-        content: what the piston should have travelled since the start, less what it did [m].
-        force: of the oil against load and friction, in the lifting direction [N]; what the mass takes is taken off.
-        velocity: measured, in the lifting direction [m/s].
-        give: travel per load that the oil's compression allows [m/N].
-        near_relief: largest pressure difference over a relief valve's setting [1].
-        suction: smallest pressure difference by which a check valve to the load's side is shut [Pa].
-        pressure: in the chamber that holds the load, above tank [Pa].
-    """
-
-    content: Array
-    force: Array
-    velocity: Array
-    give: Array
-    near_relief: Array
-    suction: Array
-    pressure: Array
+    content: Array  # what the piston should have travelled since the start, less what it did [m]
+    force: Array  # of the oil against load and friction, in the lifting direction [N]; what the mass takes is taken off
+    velocity: Array  # measured, in the lifting direction [m/s]
+    give: Array  # travel per load that the oil's compression allows [m/N]
+    near_relief: Array  # largest pressure difference over a relief valve's setting [1]
+    suction: Array  # smallest pressure difference by which a check valve to the load's side is shut [Pa]
+    pressure: Array  # in the chamber that holds the load, above tank [Pa]
 
 
 def orifice_at_one(pump: Pump) -> float:

@@ -37,23 +37,14 @@ _RELIEF_PASSES = 1e-3  # share of the pump's flow from which the relief valve co
 
 @dataclass(frozen=True)
 class Sweep:
-    """Movement and torque of every simulated run, before they become a table.
+    """Movement and torque of every simulated run, before they become a table."""
 
-    Args:
-        motor_speed: magnitude [rad/s].
-        temperature: [K], shape (t,).
-        load: [N], shape (n,).
-        movement: piston movement per motor angle [m/rad], shape (2, t, n), lift first.
-        torque: motor torque [N m], the same shape.
-        relieved: share of the pump's flow that passed the relief valve [1], the same shape.
-    """
-
-    motor_speed: float
-    temperature: Array
-    load: Array
-    movement: Array
-    torque: Array
-    relieved: Array
+    motor_speed: float  # magnitude [rad/s]
+    temperature: Array  # [K], shape (t,)
+    load: Array  # [N], shape (n,)
+    movement: Array  # piston movement per motor angle [m/rad], shape (2, t, n), lift first
+    torque: Array  # motor torque [N m], the same shape
+    relieved: Array  # share of the pump's flow that passed the relief valve [1], the same shape
 
 
 def sweep(

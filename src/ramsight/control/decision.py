@@ -35,14 +35,10 @@ class Sample:
 
 @dataclass(frozen=True)
 class Wish:
-    """What an activity asks for, if it is the one of the sample.
+    """What an activity asks for, if it is the one of the sample."""
 
-    Attributes:
-        speed: of the motor [rad/s]; the control keeps it within acceleration and largest speed.
-        events: whether they happen; the first one that does counts.
-        failures: reasons to stop, and whether they hold; they come before the events.
-    """
-
-    speed: Real
+    speed: Real  # of the motor [rad/s]; the control keeps it within acceleration and largest speed
+    # whether they happen; the first one that does counts
     events: Mapping[Event, Condition] = field(default_factory=dict)
+    # reasons to stop, and whether they hold; they come before the events
     failures: Mapping[Reason, Condition] = field(default_factory=dict)

@@ -45,19 +45,12 @@ _LEARNED = (("leak", "leakage"), ("displacement", "displacement"))
 
 @dataclass(frozen=True)
 class Shown:
-    """Two tracks of one log, with their errors [m].
+    """Two tracks of one log, with their errors [m]."""
 
-    Args:
-        sensor: of the kalman sensor, which started without a position.
-        sheet: of the volume balance by the data sheet, which was started at the known position.
-        truth: true `position` [m] over time.
-        stroke: of the cylinder [m].
-    """
-
-    sensor: Signals
-    sheet: Signals
-    truth: Signals
-    stroke: float
+    sensor: Signals  # of the kalman sensor, which started without a position
+    sheet: Signals  # of the volume balance by the data sheet, which was started at the known position
+    truth: Signals  # true `position` [m] over time
+    stroke: float  # of the cylinder [m]
 
     @property
     def taught(self) -> float:

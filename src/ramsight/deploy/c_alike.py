@@ -28,17 +28,11 @@ Row = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Collapsed:
-    """A graph in which operations that are alike are one.
+    """A graph in which operations that are alike are one."""
 
-    Attributes:
-        graph: of operations, with `GATHER` and `TAKE`.
-        parts: of each node the number of its part.
-        each: nodes that stand for one operation of each.
-    """
-
-    graph: Graph
-    parts: list[int]
-    each: frozenset[int] = frozenset()
+    graph: Graph  # of operations, with `GATHER` and `TAKE`
+    parts: list[int]  # of each node the number of its part
+    each: frozenset[int] = frozenset()  # nodes that stand for one operation of each
 
 
 def collapsed(graph: Graph, parts: Sequence[int], rows: Sequence[Row]) -> Collapsed:

@@ -16,17 +16,11 @@ LONGEST = 200
 
 @dataclass(frozen=True)
 class Piece:
-    """A function.
-
-    Attributes:
-        name: of it.
-        lines: of it, in order.
-        each: whether it is called for each.
-    """
+    """A function."""
 
     name: str
-    lines: tuple[Line, ...]
-    each: bool
+    lines: tuple[Line, ...]  # in order
+    each: bool  # whether it is called for each
 
     @property
     def given(self) -> dict[str, Value]:
@@ -47,42 +41,28 @@ class Piece:
 
 @dataclass(frozen=True)
 class Call:
-    """A piece that is called.
-
-    Attributes:
-        piece: it.
-    """
+    """A piece that is called."""
 
     piece: Piece
 
 
 @dataclass(frozen=True)
 class Case:
-    """Calls that wait for a condition.
-
-    Attributes:
-        condition: text of it.
-        needs: names of the values in it.
-        then, otherwise: calls of either case.
-    """
+    """Calls that wait for a condition."""
 
     condition: str
-    needs: frozenset[str]
+    needs: frozenset[str]  # names of the values in it
+    # then, otherwise: calls of either case
     then: tuple[Call, ...]
     otherwise: tuple[Call, ...]
 
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the step.
+    """A part of the step."""
 
-    Attributes:
-        name: of the function that calls the others.
-        calls: of its functions, in order.
-    """
-
-    name: str
-    calls: tuple[Call | Case, ...]
+    name: str  # of the function that calls the others
+    calls: tuple[Call | Case, ...]  # of its functions, in order
 
     def pieces(self) -> Iterator[Piece]:
         """Its functions, in order."""

@@ -20,34 +20,21 @@ from ramsight.engine.graph import SELECT, Graph, Node, graph_of, side_by_side
 
 @dataclass(frozen=True)
 class Term:
-    """A piece of an expression.
+    """A piece of an expression."""
 
-    Attributes:
-        text: of it; safe as an operand.
-        kind: ``real``; ``wide``, a double even where reals are floats; or ``flag``, an int that is 0 or 1.
-        exact: of a number, its text as a double.
-    """
-
-    text: str
-    kind: str = "real"
-    exact: str | None = None
+    text: str  # safe as an operand
+    kind: str = "real"  # `real`; `wide`, a double even where reals are floats; or `flag`, an int that is 0 or 1
+    exact: str | None = None  # of a number, its text as a double
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """How operations are written.
+    """How operations are written."""
 
-    Attributes:
-        types: the C type of each kind.
-        constant: a number's text.
-        express: code and operands to a term.
-        branches: whether what is seldom needed may wait in an `if`; not where a value is of several runs.
-    """
-
-    types: dict[str, str]
-    constant: Callable[[float], Term]
-    express: Callable[[int, Sequence[Term]], Term]
-    branches: bool = False
+    types: dict[str, str]  # the C type of each kind
+    constant: Callable[[float], Term]  # a number's text
+    express: Callable[[int, Sequence[Term]], Term]  # code and operands to a term
+    branches: bool = False  # whether what is seldom needed may wait in an `if`; not where a value is of several runs
 
 
 def statements(

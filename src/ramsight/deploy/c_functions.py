@@ -18,33 +18,21 @@ from ramsight.deploy.c_places import Places
 
 @dataclass(frozen=True)
 class Handed:
-    """What a function may be handed a pointer to.
+    """What a function may be handed a pointer to."""
 
-    Attributes:
-        type: that it points to.
-        where: where a function's text needs it beside `NAME->`, a pattern.
-    """
-
-    type: str
-    where: str = r"\A(?!)"
+    type: str  # that it points to
+    where: str = r"\A(?!)"  # where a function's text needs it beside `NAME->`, a pattern
 
 
 @dataclass(frozen=True)
 class Functions:
-    """The C of a step.
+    """The C of a step."""
 
-    Attributes:
-        texts: of its parts, by name: functions, of which the last calls the others.
-        headers: declarations of those last ones.
-        calls: of them, in order.
-        given: where values are kept that no part works out, by name.
-        work, each: members of the struct, and of that of each.
-    """
-
-    texts: Mapping[str, str]
-    headers: Sequence[str]
-    calls: Sequence[str]
-    given: Mapping[str, str]
+    texts: Mapping[str, str]  # of its parts, by name: functions, of which the last calls the others
+    headers: Sequence[str]  # declarations of those last ones
+    calls: Sequence[str]  # of them, in order
+    given: Mapping[str, str]  # where values are kept that no part works out, by name
+    # work, each: members of the struct, and of that of each
     work: Sequence[str]
     each: Sequence[str]
 

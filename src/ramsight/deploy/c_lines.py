@@ -22,38 +22,24 @@ _WITHOUT_LINE = (ca.OP_INPUT, ca.OP_CONST, TAKE)
 
 @dataclass(frozen=True)
 class Value:
-    """A value of the step.
+    """A value of the step."""
 
-    Attributes:
-        name: in C.
-        kind: ``real``, ``wide`` or ``flag``.
-        of: the name under which it is kept; of what is taken of one, the name of each.
-        one: the number of the one that it is of; None of what all have in common, -1 of a value of each.
-    """
-
-    name: str
-    kind: str
-    of: str
+    name: str  # in C
+    kind: str  # `real`, `wide` or `flag`
+    of: str  # the name under which it is kept; of what is taken of one, the name of each
+    # the number of the one that it is of; None of what all have in common, -1 of a value of each
     one: int | None = None
 
 
 @dataclass(frozen=True)
 class Line:
-    """A statement.
+    """A statement."""
 
-    Attributes:
-        text: of it; of one that sets a value that is kept, the expression.
-        gives: values that it declares.
-        needs: names of the values that it needs.
-        each: whether it is one of each.
-        sets: the value that is kept, which it sets.
-    """
-
-    text: str
-    gives: tuple[Value, ...] = ()
-    needs: frozenset[str] = frozenset()
-    each: bool = False
-    sets: Value | None = None
+    text: str  # of one that sets a value that is kept, the expression
+    gives: tuple[Value, ...] = ()  # values that it declares
+    needs: frozenset[str] = frozenset()  # names of the values that it needs
+    each: bool = False  # whether it is one of each
+    sets: Value | None = None  # the value that is kept, which it sets
 
     @property
     def lines(self) -> tuple[Line, ...]:
@@ -68,17 +54,11 @@ class Line:
 
 @dataclass(frozen=True)
 class Fork:
-    """Lines that wait for a condition.
-
-    Attributes:
-        condition: text of it.
-        needs: names of the values in it.
-        then, otherwise: lines of either case; the last set what is chosen.
-        chosen: values that are.
-    """
+    """Lines that wait for a condition."""
 
     condition: str
-    needs: frozenset[str]
+    needs: frozenset[str]  # names of the values in it
+    # then, otherwise: lines of either case; the last set what is chosen
     then: tuple[Line, ...]
     otherwise: tuple[Line, ...] = ()
     chosen: tuple[Value, ...] = ()
@@ -99,21 +79,13 @@ class Fork:
 
 @dataclass
 class Scribe:
-    """Writes the operations of a step as lines.
+    """Writes the operations of a step as lines."""
 
-    Args:
-        step: its operations.
-        read: the term of an input's element, by argument and nonzero.
-        write: the statement that gives an output's element its value.
-        dialect: how operations are written.
-        kept: of an output the input that it is written over: what stays as it was is not written.
-    """
-
-    step: Collapsed
-    read: Callable[[int, int], Term]
-    write: Callable[[int, int, Term], str]
-    dialect: Dialect
-    kept: Mapping[int, int]
+    step: Collapsed  # its operations
+    read: Callable[[int, int], Term]  # the term of an input's element, by argument and nonzero
+    write: Callable[[int, int, Term], str]  # the statement that gives an output's element its value
+    dialect: Dialect  # how operations are written
+    kept: Mapping[int, int]  # of an output the input that it is written over: what stays as it was is not written
     values: dict[str, Value] = field(default_factory=dict)
     terms: dict[int, Term] = field(default_factory=dict)
 

@@ -11,21 +11,13 @@ from ramsight.deploy.c_text import indented
 
 @dataclass(frozen=True)
 class MachineTable:
-    """All that differs between the sensors of machines of one kind.
+    """All that differs between the sensors of machines of one kind."""
 
-    Attributes:
-        kind: of the step's text: tables of the same kind are of the same circuit, options and assumptions.
-        identity: of machine and sensor, for slots.
-        stroke: of the cylinder [m].
-        start: states before the first sample, in the struct's order.
-        constants: what the step reads, by name.
-    """
-
-    kind: int
-    identity: int
-    stroke: float
-    start: Mapping[str, float]
-    constants: Mapping[str, float]
+    kind: int  # of the step's text: tables of the same kind are of the same circuit, options and assumptions
+    identity: int  # of machine and sensor, for slots
+    stroke: float  # of the cylinder [m]
+    start: Mapping[str, float]  # states before the first sample, in the struct's order
+    constants: Mapping[str, float]  # what the step reads, by name
 
     @property
     def numbers(self) -> dict[str, float]:

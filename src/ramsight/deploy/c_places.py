@@ -19,14 +19,10 @@ class Places:
     """Where values are kept that one function gives to another; those that are not needed at once share a place.
 
     A function takes what it needs before it keeps anything, so that what it is the last to need makes room for that.
-
-    Attributes:
-        slots: by name, for example ``reals[3]``.
-        sizes: of the arrays.
     """
 
-    slots: Mapping[str, str]
-    sizes: Mapping[Kind, int]
+    slots: Mapping[str, str]  # by name, for example `reals[3]`
+    sizes: Mapping[Kind, int]  # of the arrays
 
     @classmethod
     def of(cls, parts: Sequence[Part], values: Mapping[str, Value]) -> Places:

@@ -36,17 +36,11 @@ _OTHER_STATUSES = 4
 
 @dataclass(frozen=True)
 class SensorSource:
-    """The C of a sensor.
+    """The C of a sensor."""
 
-    Attributes:
-        prefix: with which all its names begin, for example ``ramsight_boom``.
-        files: text by file name.
-        table: its machine's numbers; None of what is no sensor.
-    """
-
-    prefix: str
-    files: Mapping[str, str]
-    table: MachineTable | None = None
+    prefix: str  # with which all its names begin, for example `ramsight_boom`
+    files: Mapping[str, str]  # text by file name
+    table: MachineTable | None = None  # its machine's numbers; None of what is no sensor
 
 
 def sensor_source(

@@ -33,21 +33,13 @@ _HANDED = {"s": "", "in": "_inputs", "out": "_outputs", "w": "_work", "one": "_o
 
 @dataclass(frozen=True)
 class WrittenStep:
-    """A sensor's step as C.
+    """A sensor's step as C."""
 
-    Attributes:
-        functions: of its parts.
-        titles: of the parts, by the names of their functions.
-        begun: statements that keep what the functions are given.
-        constants: numbers of the machine that it uses, by name.
-        wide: states that are doubles.
-    """
-
-    functions: Functions
-    titles: Mapping[str, str]
-    begun: Sequence[str]
-    constants: Mapping[str, float]
-    wide: frozenset[str]
+    functions: Functions  # of its parts
+    titles: Mapping[str, str]  # of the parts, by the names of their functions
+    begun: Sequence[str]  # statements that keep what the functions are given
+    constants: Mapping[str, float]  # numbers of the machine that it uses, by name
+    wide: frozenset[str]  # states that are doubles
 
 
 def written_step(sensor: VirtualSensor, prefix: str, *, tabled: bool, longest: int = LONGEST) -> WrittenStep:

@@ -37,22 +37,14 @@ _PURPOSE = {
 
 @dataclass(frozen=True)
 class Export:
-    """What was exported.
-
-    Attributes:
-        machine: the machine.
-        unit: its unit.
-        what: ``sensor``, ``control``, ``compare`` or ``plant``.
-        command: arguments of `ramsight export` behind the machine's file, for example ``fmu --fmi 3``.
-        verified: what was run to verify it, and how it went; empty if nothing was.
-        profile: of its sensor. The study of faults measured `KALMAN`; only that has an FMEDA table.
-    """
+    """What was exported."""
 
     machine: Machine
-    unit: HydraulicUnit
-    what: str
-    command: Sequence[str]
-    verified: str = ""
+    unit: HydraulicUnit  # its unit
+    what: str  # `sensor`, `control`, `compare` or `plant`
+    command: Sequence[str]  # arguments of `ramsight export` behind the machine's file, for example `fmu --fmi 3`
+    verified: str = ""  # what was run to verify it, and how it went; empty if nothing was
+    # of its sensor. The study of faults measured `KALMAN`; only that has an FMEDA table.
     profile: Profile = Profile.KALMAN
 
 

@@ -28,40 +28,24 @@ _LARGEST = 4_000_000  # bytes of a table
 
 @dataclass(frozen=True)
 class RatedFault:
-    """A row of the table.
+    """A row of the table."""
 
-    Args:
-        channel: that it is in.
-        signal: that it is of.
-        fault: what is wrong.
-        share: that is detected; 0 where it was not measured.
-        at_least: lower end of its interval.
-        rate: failures in 10⁹ h; None where nobody has filled it in.
-        measured: whether there is a share.
-    """
-
-    channel: str
-    signal: str
-    fault: str
-    share: float
-    at_least: float
-    rate: float | None
-    measured: bool
+    channel: str  # that it is in
+    signal: str  # that it is of
+    fault: str  # what is wrong
+    share: float  # that is detected; 0 where it was not measured
+    at_least: float  # lower end of its interval
+    rate: float | None  # failures in 10⁹ h; None where nobody has filled it in
+    measured: bool  # whether there is a share
 
 
 @dataclass(frozen=True)
 class Coverage:
-    """Diagnostic coverage of some faults.
+    """Diagnostic coverage of some faults."""
 
-    Args:
-        rate: their failures in 10⁹ h.
-        share: diagnostic coverage.
-        at_least: the same with all shares at the lower ends of their intervals.
-    """
-
-    rate: float
-    share: float
-    at_least: float
+    rate: float  # their failures in 10⁹ h
+    share: float  # diagnostic coverage
+    at_least: float  # the same with all shares at the lower ends of their intervals
 
     @classmethod
     def of(cls, rows: Iterable[RatedFault]) -> Coverage:

@@ -50,17 +50,11 @@ class WrittenFmu:
 
 @dataclass(frozen=True)
 class MadeFmu:
-    """An FMU that is no file yet.
+    """An FMU that is no file yet."""
 
-    Attributes:
-        content: its files, by their places in it.
-        variables: of its model.
-        binaries: the platforms of its binaries.
-    """
-
-    content: Mapping[str, bytes]
-    variables: tuple[Variable, ...]
-    binaries: tuple[str, ...]
+    content: Mapping[str, bytes]  # its files, by their places in it
+    variables: tuple[Variable, ...]  # of its model
+    binaries: tuple[str, ...]  # the platforms of its binaries
 
 
 def write_fmu(

@@ -15,33 +15,19 @@ from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE,
 
 @dataclass(frozen=True)
 class Behind:
-    """C that takes what a sensor reports, sample by sample.
+    """C that takes what a sensor reports, sample by sample."""
 
-    Attributes:
-        files: its C by name; ``header`` is among them.
-        header: what the model includes.
-        member: of the instance's memory.
-        takes: inputs and parameters of its own.
-        says: real outputs of its own.
-        words: outputs of its own that are enumerations.
-        began: its C at the start, from the place of the first of `says`.
-        step: its C after the sensor's step, from the same.
-        refer: its C before the sensor's step, if it has any.
-        title: what it adds, in the FMU's description.
-        period: of the steps [s].
-    """
-
-    files: Mapping[str, str]
-    header: str
-    member: str
-    takes: tuple[Variable, ...]
-    says: tuple[Variable, ...]
-    words: tuple[Variable, ...]
-    began: Callable[[int], str]
-    step: Callable[[int], str]
-    title: str
-    period: float
-    refer: str = ""
+    files: Mapping[str, str]  # its C by name; `header` is among them
+    header: str  # what the model includes
+    member: str  # of the instance's memory
+    takes: tuple[Variable, ...]  # inputs and parameters of its own
+    says: tuple[Variable, ...]  # real outputs of its own
+    words: tuple[Variable, ...]  # outputs of its own that are enumerations
+    began: Callable[[int], str]  # its C at the start, from the place of the first of `says`
+    step: Callable[[int], str]  # its C after the sensor's step, from the same
+    title: str  # what it adds, in the FMU's description
+    period: float  # of the steps [s]
+    refer: str = ""  # its C before the sensor's step, if it has any
 
 
 _COMPARED = (

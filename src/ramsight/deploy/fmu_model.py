@@ -38,25 +38,16 @@ ACTUAL_SPEED = "motor_speed_actual"
 
 @dataclass(frozen=True)
 class FmuModel:
-    """The model of an FMU.
+    """The model of an FMU."""
 
-    Attributes:
-        variables: time first, then the other reals, the enumerations, the truths; the place is the value reference.
-        config: C that states how many there are and what the model remembers.
-        files: C of the model by name.
-        description: a line of text.
-        step: a usual communication step [s].
-        linear: whether inputs may have slopes.
-        sensor: that it is made of, if it is one's.
-    """
-
+    # time first, then the other reals, the enumerations, the truths; the place is the value reference
     variables: tuple[Variable, ...]
-    config: str
-    files: Mapping[str, str]
-    description: str
-    step: float
-    linear: bool
-    sensor: VirtualSensor | None = None
+    config: str  # C that states how many there are and what the model remembers
+    files: Mapping[str, str]  # C of the model by name
+    description: str  # a line of text
+    step: float  # a usual communication step [s]
+    linear: bool  # whether inputs may have slopes
+    sensor: VirtualSensor | None = None  # that it is made of, if it is one's
 
     @property
     def counts(self) -> dict[str, int]:

@@ -12,17 +12,11 @@ from ramsight.units import FREEZING, RPM
 
 @dataclass(frozen=True)
 class DisplayUnit:
-    """A unit in which values are shown: ``factor * value + offset``.
+    """A unit in which values are shown: ``factor * value + offset``."""
 
-    Attributes:
-        name: of it, as FMI has it.
-        factor: times the value in the SI unit.
-        offset: added to that.
-    """
-
-    name: str
-    factor: float
-    offset: float = 0.0
+    name: str  # of it, as FMI has it
+    factor: float  # times the value in the SI unit
+    offset: float = 0.0  # added to that
 
 
 BASE = {

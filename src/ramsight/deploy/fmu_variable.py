@@ -19,26 +19,16 @@ ENUMERATIONS: dict[str, type[Status] | type[Verdict]] = {"status": Status, "verd
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of an FMU.
-
-    Args:
-        name: of it.
-        kind: ``real``, ``status``, ``verdict`` or ``truth``.
-        causality: ``input``, ``output``, ``parameter`` or ``independent``.
-        unit: SI unit; empty if it has none.
-        text: what it is.
-        start: value before anything is set; outputs have none.
-        nominal: a usual size; None where it is unknown.
-        least, most: range, where there is one.
-    """
+    """A variable of an FMU."""
 
     name: str
-    kind: str
-    causality: str
-    unit: str = ""
-    text: str = ""
-    start: float | None = None
-    nominal: float | None = None
+    kind: str  # `real`, `status`, `verdict` or `truth`
+    causality: str  # `input`, `output`, `parameter` or `independent`
+    unit: str = ""  # SI unit; empty if it has none
+    text: str = ""  # what it is
+    start: float | None = None  # value before anything is set; outputs have none
+    nominal: float | None = None  # a usual size; None where it is unknown
+    # least, most: range, where there is one
     least: float | None = None
     most: float | None = None
 

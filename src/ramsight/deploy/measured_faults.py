@@ -33,26 +33,17 @@ BOTH = _SETS[0][1]
 
 @dataclass(frozen=True)
 class MeasuredFault:
-    """A fault that was put into a signal, many times.
+    """A fault that was put into a signal, many times."""
 
-    Args:
-        signal: name of the input, ``time``, ``all``, or ``other_position`` of a real sensor.
-        fault: what is wrong with it.
-        trials: how often it was put in.
-        detected: how often it was detected.
-        at_least: lower end of the 95 % interval of that share (Clopper and Pearson).
-        delay: median time to detection [s]; None if it never was.
-        delay_95: the time that 95 % of the detected ones take at most [s]; None where it was not kept.
-        error: median over the trials of the largest error of the position [m]; None where it was not kept.
-    """
-
-    signal: str
-    fault: str
-    trials: int
-    detected: int
-    at_least: float
-    delay: float | None
+    signal: str  # name of the input, `time`, `all`, or `other_position` of a real sensor
+    fault: str  # what is wrong with it
+    trials: int  # how often it was put in
+    detected: int  # how often it was detected
+    at_least: float  # lower end of the 95 % interval of that share (Clopper and Pearson)
+    delay: float | None  # median time to detection [s]; None if it never was
+    # the time that 95 % of the detected ones take at most [s]; None where it was not kept
     delay_95: float | None = None
+    # median over the trials of the largest error of the position [m]; None where it was not kept
     error: float | None = None
 
     @property

@@ -49,21 +49,16 @@ _NOTHING: dict[str, Any] = {"status": 255, "text": "", "referenced": False}
 
 @dataclass(frozen=True)
 class Serving:
-    """What is served where.
+    """What is served where."""
 
-    Attributes:
-        host, port: where it is found.
-        name: of its object.
-        waiting, stale: names of the status codes before anything was said, and after nothing was said for long.
-        old: for how long a word is good [s].
-    """
-
+    # host, port: where it is found
     host: str
     port: int
-    name: str
+    name: str  # of its object
+    # waiting, stale: names of the status codes before anything was said, and after nothing was said for long
     waiting: str
     stale: str
-    old: float
+    old: float  # for how long a word is good [s]
 
     @property
     def endpoint(self) -> str:

@@ -44,19 +44,12 @@ _TRUTH_EVERY = 5  # samples
 
 @dataclass(frozen=True)
 class Shown:
-    """A unit of the catalogue that the page offers.
-
-    Attributes:
-        machine: its name.
-        unit: the unit's name.
-        title: what the page calls it.
-        recorded: log and truth in the package; without them its example is simulated.
-    """
+    """A unit of the catalogue that the page offers."""
 
     machine: str
-    unit: str
-    title: str
-    recorded: tuple[str, str] | None = None
+    unit: str  # the unit's name
+    title: str  # what the page calls it
+    recorded: tuple[str, str] | None = None  # log and truth in the package; without them its example is simulated
 
 
 SHOWN = (

@@ -14,17 +14,11 @@ from ramsight.optional import imported
 
 @dataclass(frozen=True)
 class Platform:
-    """A machine that an FMU runs on.
+    """A machine that an FMU runs on."""
 
-    Attributes:
-        target: as zig calls it; of glibc the oldest that serves.
-        folders: of its binaries, by the version of FMI.
-        suffix: of a shared library.
-    """
-
-    target: str
-    folders: Mapping[int, str]
-    suffix: str
+    target: str  # as zig calls it; of glibc the oldest that serves
+    folders: Mapping[int, str]  # of its binaries, by the version of FMI
+    suffix: str  # of a shared library
 
 
 PLATFORMS = {

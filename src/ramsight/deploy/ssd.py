@@ -18,53 +18,32 @@ _SPACES = {
 
 @dataclass(frozen=True)
 class Part:
-    """A component: an FMU.
+    """A component: an FMU."""
 
-    Args:
-        name: of it in the system.
-        source: its file in the package.
-        variables: of the FMU, by name.
-    """
-
-    name: str
-    source: str
-    variables: Mapping[str, Variable]
+    name: str  # of it in the system
+    source: str  # its file in the package
+    variables: Mapping[str, Variable]  # of the FMU, by name
 
 
 @dataclass(frozen=True)
 class Wire:
-    """A connection, from an output or an input of the system to an input or an output of the system.
+    """A connection, from an output or an input of the system to an input or an output of the system."""
 
-    Args:
-        of: the element that it begins at; empty for the system.
-        begin: the connector that it begins at.
-        to: the element that it ends at; empty for the system.
-        end: the connector that it ends at.
-    """
-
-    of: str
-    begin: str
-    to: str
-    end: str
+    of: str  # the element that it begins at; empty for the system
+    begin: str  # the connector that it begins at
+    to: str  # the element that it ends at; empty for the system
+    end: str  # the connector that it ends at
 
 
 @dataclass(frozen=True)
 class Structure:
-    """A system.
-
-    Args:
-        name: of it.
-        parts: its components.
-        wires: what connects them, and the system's own connectors.
-        parameters: the file of parameters in the package.
-        stop: end of a usual simulation [s].
-    """
+    """A system."""
 
     name: str
-    parts: Sequence[Part]
-    wires: Sequence[Wire]
-    parameters: str
-    stop: float
+    parts: Sequence[Part]  # its components
+    wires: Sequence[Wire]  # what connects them, and the system's own connectors
+    parameters: str  # the file of parameters in the package
+    stop: float  # end of a usual simulation [s]
 
     @property
     def connectors(self) -> dict[str, tuple[Variable, str]]:

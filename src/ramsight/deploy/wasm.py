@@ -63,14 +63,10 @@ class WrittenWasm:
 
 @dataclass(frozen=True)
 class CompiledWasm:
-    """A sensor as WebAssembly, and what JavaScript knows of it.
+    """A sensor as WebAssembly, and what JavaScript knows of it."""
 
-    Attributes:
-        code: the module.
-        facts: machine, unit, stroke [m], names of inputs and outputs, and each status' validity and text.
-    """
-
-    code: bytes
+    code: bytes  # the module
+    # machine, unit, stroke [m], names of inputs and outputs, and each status' validity and text
     facts: Mapping[str, object]
 
 

@@ -14,17 +14,12 @@ DOT = 3.0  # radius of what joins lines
 
 @dataclass(frozen=True)
 class Placed:
-    """A part where it is drawn.
-
-    Attributes:
-        symbol: turned and moved to its place.
-        ends: node at each port.
-    """
+    """A part where it is drawn."""
 
     name: str
     kind: str
-    symbol: Symbol
-    ends: dict[str, str]
+    symbol: Symbol  # turned and moved to its place
+    ends: dict[str, str]  # node at each port
     words: tuple[Word, ...]
 
 
@@ -45,18 +40,13 @@ class Wire:
 
 @dataclass
 class Sheet:
-    """A drawing.
-
-    Attributes:
-        others: shapes that belong to no part, such as shafts.
-        words: names of nodes, the title.
-    """
+    """A drawing."""
 
     title: str
     placed: list[Placed] = field(default_factory=list)
     wires: list[Wire] = field(default_factory=list)
-    others: list[Shape] = field(default_factory=list)
-    words: list[Word] = field(default_factory=list)
+    others: list[Shape] = field(default_factory=list)  # shapes that belong to no part, such as shafts
+    words: list[Word] = field(default_factory=list)  # names of nodes, the title
 
     def put(self, element: Element, symbol: Symbol, words: tuple[Word, ...]) -> Symbol:
         """Add a part; gives its symbol back."""

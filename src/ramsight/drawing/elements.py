@@ -22,20 +22,13 @@ from ramsight.plant.valve import CheckValve, Orifice, ReliefValve, SafetyValve
 
 @dataclass(frozen=True)
 class Element:
-    """One part of a circuit, to be drawn.
-
-    Attributes:
-        kind: what it is, as descriptions state it.
-        symbol: as it is made; the layout turns and moves it.
-        ends: node at each port.
-        words: what stands beside it below its name.
-    """
+    """One part of a circuit, to be drawn."""
 
     name: str
-    kind: str
-    symbol: Symbol
-    ends: Mapping[str, str]
-    words: tuple[str, ...] = ()
+    kind: str  # what it is, as descriptions state it
+    symbol: Symbol  # as it is made; the layout turns and moves it
+    ends: Mapping[str, str]  # node at each port
+    words: tuple[str, ...] = ()  # what stands beside it below its name
 
 
 def elements(unit: HydraulicUnit, notes: Mapping[str, str]) -> tuple[Element, ...]:

@@ -27,15 +27,12 @@ _TAKES_THE_REST = {"cylinder", "tank", "accumulator"}
 
 @dataclass(frozen=True)
 class Chain:
-    """A line from one branching, or port, to the next.
-
-    Attributes:
-        flows: what passes it in this direction: a sum of flows of parts, by the circuit's names without ``.flow``, each
-            with its factor.
-    """
+    """A line from one branching, or port, to the next."""
 
     node: str
     points: tuple[Point, ...]
+    # what passes it in this direction: a sum of flows of parts, by the circuit's names without `.flow`, each with its
+    # factor
     flows: Mapping[str, float]
 
 

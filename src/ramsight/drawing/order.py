@@ -31,30 +31,22 @@ class Trunk:
 
 @dataclass
 class Order:
-    """The elements of a circuit, sorted by where they are drawn.
+    """The elements of a circuit, sorted by where they are drawn."""
 
-    Attributes:
-        a, b: the trunks of the cylinder's sides.
-        bottom: the node that all return to, or None where there is none.
-        valve: the directional valve below both trunks.
-        feeders: pumps between trunk a, or trunk b, and the bottom; "p": the node that the valve is fed by.
-        across: from the lowest node of one trunk to that of the other, or between nodes of one height, by that height.
-        pair: two checks from the bottom, one to each trunk.
-        beside: from a trunk's node, or the valve's feeding node ("p"), to the bottom.
-        stores: accumulators at the bottom.
-        loose: everything else; its nodes are named where it is drawn.
-    """
-
+    # a, b: the trunks of the cylinder's sides
     a: Trunk
     b: Trunk
-    bottom: str | None
-    valve: Element | None = None
+    bottom: str | None  # the node that all return to, or None where there is none
+    valve: Element | None = None  # the directional valve below both trunks
+    # pumps between trunk a, or trunk b, and the bottom; "p": the node that the valve is fed by
     feeders: dict[str, list[Element]] = field(default_factory=lambda: {"a": [], "b": [], "p": []})
+    # from the lowest node of one trunk to that of the other, or between nodes of one height, by that height
     across: dict[int, list[Element]] = field(default_factory=dict)
-    pair: list[Element] = field(default_factory=list)
+    pair: list[Element] = field(default_factory=list)  # two checks from the bottom, one to each trunk
+    # from a trunk's node, or the valve's feeding node ("p"), to the bottom
     beside: dict[str, list[Element]] = field(default_factory=lambda: {"a": [], "b": [], "p": []})
-    stores: list[Element] = field(default_factory=list)
-    loose: list[Element] = field(default_factory=list)
+    stores: list[Element] = field(default_factory=list)  # accumulators at the bottom
+    loose: list[Element] = field(default_factory=list)  # everything else; its nodes are named where it is drawn
 
     @property
     def levels(self) -> int:

@@ -38,18 +38,12 @@ class Disc:
 
 @dataclass(frozen=True)
 class Word:
-    """A line of text, upright whatever it belongs to.
+    """A line of text, upright whatever it belongs to."""
 
-    Attributes:
-        at: on its base line: where it begins, its middle, or where it ends.
-        kind: "title", "name", "value", "node", "port" or "letter".
-        anchor: "start", "middle" or "end".
-    """
-
-    at: Point
+    at: Point  # on its base line: where it begins, its middle, or where it ends
     text: str
-    kind: str = "value"
-    anchor: str = "start"
+    kind: str = "value"  # "title", "name", "value", "node", "port" or "letter"
+    anchor: str = "start"  # "start", "middle" or "end"
 
     @property
     def box(self) -> Box:
@@ -101,14 +95,10 @@ def around(points: Iterable[Point]) -> Box:
 
 @dataclass(frozen=True)
 class Symbol:
-    """Shapes and ports of one part; as made, its first port is above and the other below its middle.
-
-    Attributes:
-        ports: where lines come to it, by the name that the part has for the node there.
-    """
+    """Shapes and ports of one part; as made, its first port is above and the other below its middle."""
 
     shapes: tuple[Shape, ...]
-    ports: Mapping[str, Point]
+    ports: Mapping[str, Point]  # where lines come to it, by the name that the part has for the node there
 
     @property
     def box(self) -> Box:

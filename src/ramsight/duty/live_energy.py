@@ -16,24 +16,16 @@ _LOADS = ("load", "rods")  # works that a load does or has done to it
 
 @dataclass
 class EnergyAccount:
-    """Energies since the account began [J].
-
-    Attributes:
-        taken: back by the motor.
-        lifted: work done on the load.
-        lowered: work that the load did.
-        losses: by the circuit's names, ``pump_a.leakage``.
-        works: all other works, net, by name; ``tank`` is what went back to it.
-        stored: net, by name.
-    """
+    """Energies since the account began [J]."""
 
     given: float = 0.0
-    taken: float = 0.0
-    lifted: float = 0.0
-    lowered: float = 0.0
-    losses: dict[str, float] = field(default_factory=dict)
+    taken: float = 0.0  # back by the motor
+    lifted: float = 0.0  # work done on the load
+    lowered: float = 0.0  # work that the load did
+    losses: dict[str, float] = field(default_factory=dict)  # by the circuit's names, `pump_a.leakage`
+    # all other works, net, by name; `tank` is what went back to it
     works: dict[str, float] = field(default_factory=dict)
-    stored: dict[str, float] = field(default_factory=dict)
+    stored: dict[str, float] = field(default_factory=dict)  # net, by name
 
     @property
     def missing(self) -> float:

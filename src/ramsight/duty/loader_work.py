@@ -38,24 +38,18 @@ _DIG_STEP = (0.02, 0.07)  # share of the stroke, of each of them
 
 @dataclass(frozen=True)
 class Use:
-    """How a cylinder of a loader is used.
+    """How a cylinder of a loader is used."""
 
-    Attributes:
-        rest: median of the rests [s].
-        spread: deviation of their logarithm.
-        low, high: where it digs and where it dumps, shares of the stroke above the lowered end.
-        empty, full, peak: loads over the relief load: without, with material, while it breaks out.
-        ends: share of the cycles in which it is driven to its raised end and pressed there.
-    """
-
-    rest: float
-    spread: float
+    rest: float  # median of the rests [s]
+    spread: float  # deviation of their logarithm
+    # low, high: where it digs and where it dumps, shares of the stroke above the lowered end
     low: tuple[float, float]
     high: tuple[float, float]
+    # empty, full, peak: loads over the relief load: without, with material, while it breaks out
     empty: tuple[float, float]
     full: tuple[float, float]
     peak: tuple[float, float]
-    ends: float
+    ends: float  # share of the cycles in which it is driven to its raised end and pressed there
 
 
 USES = {

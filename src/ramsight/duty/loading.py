@@ -21,21 +21,15 @@ SPEEDS: Mapping[str, float] = {"boom": 2400 * RPM, "bucket": 1500 * RPM}
 
 @dataclass(frozen=True)
 class Phase:
-    """A part of the cycle: where the rods go, and what the heap does meanwhile.
-
-    Args:
-        boom, bucket: share of the stroke to go to; where it is if omitted.
-        payload: share of the rated payload at its end, reached evenly.
-        tip_force: of the heap on the lip at its end, forward and up [N], reached evenly.
-        rest: time after the moves [s].
-    """
+    """A part of the cycle: where the rods go, and what the heap does meanwhile."""
 
     name: str
+    # boom, bucket: share of the stroke to go to; where it is if omitted
     boom: float | None = None
     bucket: float | None = None
-    payload: float = 0.0
-    tip_force: tuple[float, float] = (0.0, 0.0)
-    rest: float = 0.5
+    payload: float = 0.0  # share of the rated payload at its end, reached evenly
+    tip_force: tuple[float, float] = (0.0, 0.0)  # of the heap on the lip at its end, forward and up [N], reached evenly
+    rest: float = 0.5  # time after the moves [s]
 
 
 # Shares of the strokes of the catalogue's loader, where a half is a level bucket. [G] forces and times: the heap pushes

@@ -17,25 +17,15 @@ _SOON = 1e-6  # s; of a reading that is due, rounding of a clock
 
 @dataclass(frozen=True)
 class ReadingReport:
-    """How such a sensor is.
+    """How such a sensor is."""
 
-    Args:
-        offset: error that all readings share [m].
-        noise: of each, standard deviation [m].
-        delay: by which a reading is behind [s].
-        wrong: share of the readings that are of something else, anywhere in the stroke [1].
-        every: time between readings [s]; the first comes after that.
-        stroke: of the cylinder [m].
-        seed: of noise and wrong readings; the same seed gives the same ones.
-    """
-
-    offset: float
-    noise: float
-    delay: float
-    wrong: float
-    every: float
-    stroke: float
-    seed: int = 0
+    offset: float  # error that all readings share [m]
+    noise: float  # of each, standard deviation [m]
+    delay: float  # by which a reading is behind [s]
+    wrong: float  # share of the readings that are of something else, anywhere in the stroke [1]
+    every: float  # time between readings [s]; the first comes after that
+    stroke: float  # of the cylinder [m]
+    seed: int = 0  # of noise and wrong readings; the same seed gives the same ones
 
     def reported(self, time: Array, true: Array) -> Array:
         """Readings [m] at times [s], of true values [m], shape (samples,); NaN where there is none.

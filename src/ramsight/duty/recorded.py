@@ -18,13 +18,9 @@ from ramsight.signals import Signal as Column
 
 @dataclass(frozen=True)
 class Signal:
-    """One signal.
+    """One signal."""
 
-    Attributes:
-        values: shape (samples,).
-    """
-
-    values: Array
+    values: Array  # shape (samples,)
     units: str
     long_name: str
 
@@ -33,16 +29,13 @@ class Signal:
 class Recorded:
     """A run.
 
-    Attributes:
-        signals: by their names, `time` [s] first.
-
     Example:
         >>> run = Recorded({"time": Signal(np.array([0.0, 0.1]), "s", "time")}, {"unit": "boom"})
         >>> run["time"].values.tolist(), run.dataset().sizes["time"]
         ([0.0, 0.1], 2)
     """
 
-    signals: Mapping[str, Signal]
+    signals: Mapping[str, Signal]  # by their names, `time` [s] first
     attrs: Mapping[str, Any]
 
     def __getitem__(self, name: str) -> Signal:
@@ -73,15 +66,12 @@ _FOR_THE_AUDIT = ("capacity_", "stored.")  # outputs that nothing else reads
 class Owner:
     """Whose signals they are.
 
-    Attributes:
-        name: of the unit, before every one of its names; empty where it is alone.
-
     Example:
         >>> Owner("boom").column("pressure_a"), Owner("boom").symbol("pressure_a"), Owner().column("pressure_a")
         ('boom_pressure_a', 'boom.pressure_a', 'pressure_a')
     """
 
-    name: str = ""
+    name: str = ""  # of the unit, before every one of its names; empty where it is alone
 
     def column(self, short: str) -> str:
         """The name of a signal."""

@@ -22,32 +22,23 @@ _CHUNK = 1024  # runs that are held in memory at once, for all threads together
 
 @dataclass(frozen=True)
 class Job:
-    """One run of a batch.
+    """One run of a batch."""
 
-    Args:
-        initial: states at the start, shape (states,).
-    """
-
-    initial: Array
+    initial: Array  # states at the start, shape (states,)
     segments: Segments
 
 
 @dataclass(frozen=True)
 class Summaries:
-    """What is kept of a number of runs, in their order.
+    """What is kept of a number of runs, in their order."""
 
-    Attributes:
-        final, least, most: last, smallest and largest value of every state, shape (runs, states).
-        outcome: how each ended.
-        time: when each ended [s], shape (runs,).
-        accepted, rejected: steps of each, shape (runs,).
-    """
-
+    # final, least, most: last, smallest and largest value of every state, shape (runs, states)
     final: Array
     least: Array
     most: Array
-    outcome: list[Outcome]
-    time: Array
+    outcome: list[Outcome]  # how each ended
+    time: Array  # when each ended [s], shape (runs,)
+    # accepted, rejected: steps of each, shape (runs,)
     accepted: NDArray[np.int64]
     rejected: NDArray[np.int64]
 
@@ -91,16 +82,11 @@ def batches(
 
 @dataclass(frozen=True)
 class Sampled:
-    """Runs of a batch with their states over time, in the order of the jobs.
+    """Runs of a batch with their states over time, in the order of the jobs."""
 
-    Attributes:
-        time: of the samples of each run [s], one array a run.
-        state: states at those times, shape (samples, states), one array a run.
-        summaries: how each ended, and its extremes; of a run that did not reach its end only what came before counts.
-    """
-
-    time: list[Array]
-    state: list[Array]
+    time: list[Array]  # of the samples of each run [s], one array a run
+    state: list[Array]  # states at those times, shape (samples, states), one array a run
+    # how each ended, and its extremes; of a run that did not reach its end only what came before counts
     summaries: Summaries
 
     @property

@@ -24,18 +24,12 @@ _FREE = {ca.OP_INPUT, ca.OP_CONST}
 
 @dataclass(frozen=True)
 class Branch:
-    """Operations that wait for a condition.
+    """Operations that wait for a condition."""
 
-    Attributes:
-        condition: its place in the graph.
-        then: operations that only its truth needs, in order.
-        otherwise: operations that only its being false needs.
-        chosen: the choices behind them, by place: what each is then and otherwise; None is zero.
-    """
-
-    condition: int
-    then: tuple[int, ...]
-    otherwise: tuple[int, ...]
+    condition: int  # its place in the graph
+    then: tuple[int, ...]  # operations that only its truth needs, in order
+    otherwise: tuple[int, ...]  # operations that only its being false needs
+    # the choices behind them, by place: what each is then and otherwise; None is zero
     chosen: dict[int, tuple[int, int | None]]
 
     def all(self) -> set[int]:

@@ -15,17 +15,11 @@ import casadi as ca
 
 @dataclass(frozen=True)
 class Elimination:
-    """The factorisation and the solution as SX functions.
+    """The factorisation and the solution as SX functions."""
 
-    Attributes:
-        factor: (J nonzeros, c) -> factors.
-        solve: (factors, b) -> k.
-        n_factors: number of entries of the factors.
-    """
-
-    factor: ca.Function
-    solve: ca.Function
-    n_factors: int
+    factor: ca.Function  # (J nonzeros, c) -> factors
+    solve: ca.Function  # (factors, b) -> k
+    n_factors: int  # number of entries of the factors
 
 
 def _order(rows: list[set[int]]) -> list[int]:

@@ -14,18 +14,13 @@ from ramsight.expression import Real, Vector
 
 @dataclass(frozen=True)
 class State:
-    """A state of the equation.
-
-    Args:
-        unit: SI unit, for labels.
-        tolerance: absolute error that a step may leave in it, in its unit.
-        integral: true for a pure integral of the other states (an energy, a volume): nothing depends on it,
-            and the step size is chosen without it.
-    """
+    """A state of the equation."""
 
     name: str
-    unit: str
-    tolerance: float
+    unit: str  # SI unit, for labels
+    tolerance: float  # absolute error that a step may leave in it, in its unit
+    # true for a pure integral of the other states (an energy, a volume): nothing depends on it, and the step size is
+    # chosen without it
     integral: bool = False
 
 
@@ -56,27 +51,19 @@ _GRAPH = ("x", "u", "slope", "p", "rhs")
 
 @dataclass(frozen=True, eq=False)
 class OdeModel:
-    """dx/dt = f(x, u, du/dt, p) with inputs u that are piecewise linear in time.
-
-    Args:
-        states: the states, in the order of `x`; integrals last.
-        inputs: names of the inputs, in the order of `u` and of its slope `slope`.
-        parameters: names of the parameters, in the order of `p`; constant while a segment lasts.
-        x, u, slope, p: the SX symbols, column vectors.
-        rhs: SX expression of dx/dt.
-        outputs: further quantities.
-    """
+    """dx/dt = f(x, u, du/dt, p) with inputs u that are piecewise linear in time."""
 
     name: str
-    states: tuple[State, ...]
-    inputs: tuple[str, ...]
-    parameters: tuple[str, ...]
+    states: tuple[State, ...]  # the states, in the order of `x`; integrals last
+    inputs: tuple[str, ...]  # names of the inputs, in the order of `u` and of its slope `slope`
+    parameters: tuple[str, ...]  # names of the parameters, in the order of `p`; constant while a segment lasts
+    # x, u, slope, p: the SX symbols, column vectors
     x: Vector
     u: Vector
     slope: Vector
     p: Vector
-    rhs: Vector
-    outputs: tuple[Output, ...] = ()
+    rhs: Vector  # SX expression of dx/dt
+    outputs: tuple[Output, ...] = ()  # further quantities
 
     @classmethod
     def late(

@@ -33,30 +33,20 @@ _AHEAD = 100
 
 @dataclass(frozen=True)
 class Node:
-    """An operation.
+    """An operation."""
 
-    Attributes:
-        code: CasADi's, or `SELECT`.
-        sources: places of its operands in the graph.
-        place: of an input, argument and element.
-    """
-
-    code: int
-    sources: tuple[int, ...] = ()
-    place: tuple[int, int] = (0, 0)
+    code: int  # CasADi's, or `SELECT`
+    sources: tuple[int, ...] = ()  # places of its operands in the graph
+    place: tuple[int, int] = (0, 0)  # of an input, argument and element
     value: float = 0.0
 
 
 @dataclass
 class Graph:
-    """Operations, each behind those that it needs.
+    """Operations, each behind those that it needs."""
 
-    Attributes:
-        nodes: they; all are needed for a result.
-        results: place of an output and of the node that it is.
-    """
-
-    nodes: list[Node] = field(default_factory=list)
+    nodes: list[Node] = field(default_factory=list)  # they; all are needed for a result
+    # place of an output and of the node that it is
     results: list[tuple[tuple[int, int], int]] = field(default_factory=list)
 
     def add(self, node: Node) -> int:

@@ -32,14 +32,10 @@ def sample_outputs(x, u, slope, parameters, row, out):
 
 @dataclass(frozen=True)
 class Integrated:
-    """Where the machine code of `integrate` and `sample_outputs` is.
-
-    Args:
-        constants: names that its loops know.
-    """
+    """Where the machine code of `integrate` and `sample_outputs` is."""
 
     module: str
-    constants: dict[str, Any]
+    constants: dict[str, Any]  # names that its loops know
     functions: tuple[str, ...]
 
 

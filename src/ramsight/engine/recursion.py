@@ -62,46 +62,35 @@ def replay_lanes(inputs, begin, length, p, states, kept, out):
 
 @dataclass(frozen=True)
 class Graph:
-    """What a recursion computes, a CasADi graph without branches.
+    """What a recursion computes, a CasADi graph without branches."""
 
-    Args:
-        x, u, p: the SX symbols, column vectors.
-        next_state, output: SX expressions.
-    """
-
+    # x, u, p: the SX symbols, column vectors
     x: Any
     u: Any
     p: Any
+    # next_state, output: SX expressions
     next_state: Any
     output: Any
 
 
 @dataclass(frozen=True)
 class Replayed:
-    """Where the machine code of `replay` is: all that is needed of it beside the names.
-
-    Args:
-        held: size of what is computed once of the parameters.
-    """
+    """Where the machine code of `replay` is: all that is needed of it beside the names."""
 
     module: str
-    held: int
+    held: int  # size of what is computed once of the parameters
 
 
 @dataclass(frozen=True, eq=False)
 class Recursion:
-    """A recursion: names, and a graph that is made when it is asked for.
-
-    Args:
-        known: where its machine code is, if that was made before.
-    """
+    """A recursion: names, and a graph that is made when it is asked for."""
 
     state: tuple[str, ...]
     inputs: tuple[str, ...]
     parameters: tuple[str, ...]
     outputs: tuple[str, ...]
     drawn: Callable[[], Graph]
-    known: Replayed | None = None
+    known: Replayed | None = None  # where its machine code is, if that was made before
 
     @cached_property
     def graph(self) -> Graph:

@@ -21,20 +21,14 @@ _BUFFER = 16384  # accepted steps kept between two looks at the progress
 
 @dataclass(frozen=True)
 class Segments:
-    """Piecewise-linear inputs: between corners every input is linear and every parameter constant.
+    """Piecewise-linear inputs: between corners every input is linear and every parameter constant."""
 
-    Args:
-        start, end: times [s], shape (n,); end of one is the start of the next.
-        value: inputs at each start, shape (n, inputs).
-        slope: their slopes [1/s], shape (n, inputs).
-        parameters: shape (1, parameters) or (n, parameters).
-    """
-
+    # start, end: times [s], shape (n,); end of one is the start of the next
     start: Array
     end: Array
-    value: Array
-    slope: Array
-    parameters: Array
+    value: Array  # inputs at each start, shape (n, inputs)
+    slope: Array  # their slopes [1/s], shape (n, inputs)
+    parameters: Array  # shape (1, parameters) or (n, parameters)
 
     def at(self, time: Array) -> tuple[NDArray[np.int64], Array]:
         """Segment of each time (the later one at a corner) and the inputs there, shape (times, inputs)."""
@@ -44,22 +38,17 @@ class Segments:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What a run leaves.
+    """What a run leaves."""
 
-    Attributes:
-        outcome: how it ended; anything but `Outcome.DONE` means that the arrays end early.
-        message: the outcome's sentence.
-        time, state: states at the sample times, shapes (samples,), (samples, states).
-        step_time, step_state: states after every accepted step, the start included; empty if not recorded.
-        accepted, rejected: number of steps.
-    """
-
-    outcome: Outcome
-    message: str
+    outcome: Outcome  # how it ended; anything but `Outcome.DONE` means that the arrays end early
+    message: str  # the outcome's sentence
+    # time, state: states at the sample times, shapes (samples,), (samples, states)
     time: Array
     state: Array
+    # step_time, step_state: states after every accepted step, the start included; empty if not recorded
     step_time: Array
     step_state: Array
+    # accepted, rejected: number of steps
     accepted: int
     rejected: int
 

@@ -27,16 +27,11 @@ class LoopError(TypeError):
 
 @dataclass(frozen=True)
 class View:
-    """An array, or a part of one that is as contiguous.
+    """An array, or a part of one that is as contiguous."""
 
-    Attributes:
-        data: pointer to its first element.
-        shape: dimensions, whole numbers of LLVM.
-    """
-
-    data: Any
+    data: Any  # pointer to its first element
     kind: Any
-    shape: tuple[Any, ...]
+    shape: tuple[Any, ...]  # dimensions, whole numbers of LLVM
 
 
 def whole(value: int) -> Any:

@@ -27,45 +27,30 @@ Learned = bool | Callable[[str], bool]
 
 @dataclass(frozen=True)
 class Kind:
-    """What is declared of a state.
-
-    Attributes:
-        learned: whether it describes the machine, and stays when the position is forgotten; of a mapping, by key.
-        always: whether it follows samples that are passed over as well.
-        variance: whether it is the variance of something, and so never negative; of a mapping, by key.
-        inline: whether names leave out the field's own name.
-        exact: what keeps every digit of a state: the name of the input that it repeats, or ``sum`` for what grows by
-            little at a time; empty for all others.
-    """
+    """What is declared of a state."""
 
     unit: str = "1"
+    # whether it describes the machine, and stays when the position is forgotten; of a mapping, by key
     learned: Learned = False
-    always: bool = False
-    variance: Learned = False
-    inline: bool = False
+    always: bool = False  # whether it follows samples that are passed over as well
+    variance: Learned = False  # whether it is the variance of something, and so never negative; of a mapping, by key
+    inline: bool = False  # whether names leave out the field's own name
+    # what keeps every digit of a state: the name of the input that it repeats, or `sum` for what grows by little at a
+    # time; empty for all others
     exact: str = ""
 
 
 @dataclass(frozen=True)
 class Leaf:
-    """One state of a recursion.
+    """One state of a recursion."""
 
-    Attributes:
-        name: by its path, for example ``hypotheses[2].leakage``.
-        value: first value, symbol or expression.
-        learned: whether it describes the machine.
-        always: whether it follows samples that are passed over.
-        variance: whether it is a variance.
-        exact: the input that it repeats, or ``sum``; empty for all others.
-    """
-
-    name: str
-    value: Any
+    name: str  # by its path, for example `hypotheses[2].leakage`
+    value: Any  # first value, symbol or expression
     unit: str
-    learned: bool
-    always: bool
-    variance: bool
-    exact: str
+    learned: bool  # whether it describes the machine
+    always: bool  # whether it follows samples that are passed over
+    variance: bool  # whether it is a variance
+    exact: str  # the input that it repeats, or `sum`; empty for all others
 
 
 _DEFAULT = Kind()

@@ -22,14 +22,11 @@ Place = tuple[int, int]
 
 @dataclass
 class Writes:
-    """Results that are written together.
+    """Results that are written together."""
 
-    Attributes:
-        always: place and node of each that is written wherever these are.
-        cases: by condition what is written beside them where it holds, and where it does not.
-    """
-
+    # place and node of each that is written wherever these are
     always: list[tuple[Place, int]] = field(default_factory=list)
+    # by condition what is written beside them where it holds, and where it does not
     cases: dict[int, tuple[Writes, Writes]] = field(default_factory=dict)
 
     def nodes(self) -> Iterator[int]:

@@ -23,25 +23,15 @@ BLOCK = 4096
 
 @dataclass(frozen=True)
 class Forward:
-    """What is kept of a log that the sensor has gone through.
+    """What is kept of a log that the sensor has gone through."""
 
-    Attributes:
-        tracer: the sensor.
-        inputs: of the log, shape (samples, inputs).
-        states: at the beginning of each block, and after the last one.
-        said: what the sensor said, by its names.
-        log_weight: of the hypotheses after the last sample.
-        innovations: the measurements of the place.
-        by_start: how many samples there are until a place is measured, if a start was entered; else 0.
-    """
-
-    tracer: Tracer
-    inputs: Array
-    states: list[Array]
-    said: dict[str, Array]
-    log_weight: Array
-    innovations: Innovations
-    by_start: int
+    tracer: Tracer  # the sensor
+    inputs: Array  # of the log, shape (samples, inputs)
+    states: list[Array]  # at the beginning of each block, and after the last one
+    said: dict[str, Array]  # what the sensor said, by its names
+    log_weight: Array  # of the hypotheses after the last sample
+    innovations: Innovations  # the measurements of the place
+    by_start: int  # how many samples there are until a place is measured, if a start was entered; else 0
 
     def blocks(self) -> list[slice]:
         """The samples of each block, in order."""

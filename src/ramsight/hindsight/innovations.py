@@ -27,21 +27,13 @@ UNEXPECTED = 9.0
 
 @dataclass(frozen=True)
 class Innovation:
-    """A measurement of the place, or where the piston was put back into the cylinder.
+    """A measurement of the place, or where the piston was put back into the cylinder."""
 
-    Attributes:
-        sample: its place in the log.
-        time: of it [s].
-        normal: nu^2/S [1]; NaN where the piston was put back.
-        moved: by how much the position was moved [m].
-        accepted: whether it was.
-    """
-
-    sample: int
-    time: float
-    normal: float
-    moved: float
-    accepted: bool
+    sample: int  # its place in the log
+    time: float  # of it [s]
+    normal: float  # nu^2/S [1]; NaN where the piston was put back
+    moved: float  # by how much the position was moved [m]
+    accepted: bool  # whether it was
 
     @property
     def excess(self) -> float:
@@ -53,13 +45,9 @@ class Innovation:
 
 @dataclass
 class Innovations:
-    """Of a log, as they come.
+    """Of a log, as they come."""
 
-    Attributes:
-        all: in order.
-    """
-
-    all: list[Innovation] = field(default_factory=list)
+    all: list[Innovation] = field(default_factory=list)  # in order
 
     def append(self, first: int, time: Array, aside: Mapping[str, Array]) -> None:
         """Take those of consecutive samples.

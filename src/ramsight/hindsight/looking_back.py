@@ -33,19 +33,12 @@ JUDGED = (*sorted(OF_POSITION), STATUS)
 
 @dataclass(frozen=True)
 class LookedBack:
-    """A log by all that it says.
+    """A log by all that it says."""
 
-    Attributes:
-        track: as the sensor's, with `nis`, and with what the live sensor said of the position.
-        state: of the sensor after the log, by name.
-        passes: how often the log was gone through.
-        text: how well the log fits the machine, in a line; empty where nothing was measured.
-    """
-
-    track: Signals
-    state: Mapping[str, float]
-    passes: int
-    text: str
+    track: Signals  # as the sensor's, with `nis`, and with what the live sensor said of the position
+    state: Mapping[str, float]  # of the sensor after the log, by name
+    passes: int  # how often the log was gone through
+    text: str  # how well the log fits the machine, in a line; empty where nothing was measured
 
     @property
     def further(self) -> tuple[str, ...]:
@@ -68,17 +61,11 @@ def ways_of(state: Mapping[str, float]) -> int:
 
 @dataclass(frozen=True)
 class _Backward:
-    """What is known by the whole log.
+    """What is known by the whole log."""
 
-    Attributes:
-        positions: of the position.
-        aside: what is traced beside it.
-        learned: factors, deviations and probabilities, by the names of the sensor's outputs.
-    """
-
-    positions: Positions
-    aside: Mapping[str, Array]
-    learned: dict[str, Array]
+    positions: Positions  # of the position
+    aside: Mapping[str, Array]  # what is traced beside it
+    learned: dict[str, Array]  # factors, deviations and probabilities, by the names of the sensor's outputs
 
 
 def looked_back(

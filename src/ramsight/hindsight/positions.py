@@ -40,17 +40,11 @@ _RANK = {Status.OK: 0} | {one.status: k for k, one in enumerate(DETECTORS, start
 
 @dataclass(frozen=True)
 class Positions:
-    """Positions of the hypotheses in some samples, by the whole log.
+    """Positions of the hypotheses in some samples, by the whole log."""
 
-    Attributes:
-        position: shape (samples, hypotheses) [m].
-        variance: of these [m2].
-        log_weight: of each hypothesis, shape (hypotheses,).
-    """
-
-    position: Array
-    variance: Array
-    log_weight: Array
+    position: Array  # shape (samples, hypotheses) [m]
+    variance: Array  # of these [m2]
+    log_weight: Array  # of each hypothesis, shape (hypotheses,)
 
     @property
     def likeliest(self) -> Array:

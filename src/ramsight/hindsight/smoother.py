@@ -28,17 +28,11 @@ _LEAST = 1e-12  # of a variance over itself: a matrix of what is known exactly h
 
 @dataclass(frozen=True)
 class Ahead:
-    """What is known, by the whole log, after a sample.
+    """What is known, by the whole log, after a sample."""
 
-    Attributes:
-        mean: of each hypothesis at the log's end, shape (hypotheses, quantities).
-        covariance: of these, shape (hypotheses, quantities, quantities).
-        place: the filter of that sample that each of them comes from, shape (hypotheses,).
-    """
-
-    mean: Array
-    covariance: Array
-    place: NDArray[np.int64]
+    mean: Array  # of each hypothesis at the log's end, shape (hypotheses, quantities)
+    covariance: Array  # of these, shape (hypotheses, quantities, quantities)
+    place: NDArray[np.int64]  # the filter of that sample that each of them comes from, shape (hypotheses,)
 
     @classmethod
     def end(cls, trace: Trace) -> Ahead:
@@ -48,15 +42,10 @@ class Ahead:
 
 @dataclass(frozen=True)
 class Smoothed:
-    """The hypotheses at the log's end, looked back at.
+    """The hypotheses at the log's end, looked back at."""
 
-    Attributes:
-        mean: shape (samples, hypotheses, quantities).
-        variance: of these, of the same shape.
-    """
-
-    mean: Array
-    variance: Array
+    mean: Array  # shape (samples, hypotheses, quantities)
+    variance: Array  # of these, of the same shape
 
     def followed(self, trace: Trace) -> Smoothed:
         """With the log's last sample after these: there the filters are all that is known."""

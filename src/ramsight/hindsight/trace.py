@@ -43,19 +43,12 @@ ASIDE = (
 
 @dataclass(frozen=True)
 class Layout:
-    """Where what is traced stands in a row.
+    """Where what is traced stands in a row."""
 
-    Attributes:
-        hypotheses: how many there are.
-        quantities: that are uncertain, the position first.
-        steps: those that a step of the position depends on.
-        first: place of the first traced number.
-    """
-
-    hypotheses: int
-    quantities: tuple[Quantity, ...]
-    steps: tuple[Quantity, ...]
-    first: int
+    hypotheses: int  # how many there are
+    quantities: tuple[Quantity, ...]  # that are uncertain, the position first
+    steps: tuple[Quantity, ...]  # those that a step of the position depends on
+    first: int  # place of the first traced number
 
     @cached_property
     def pairs(self) -> tuple[tuple[int, int], ...]:
@@ -92,41 +85,28 @@ class Layout:
 
 @dataclass(frozen=True)
 class Trace:
-    """What the hypotheses were in consecutive samples.
+    """What the hypotheses were in consecutive samples."""
 
-    Attributes:
-        mean_before, covariance_before: before a measurement, shapes (samples, hypotheses, quantities) and
-            (samples, hypotheses, quantities, quantities) [SI].
-        mean, covariance: after it, of the same shapes.
-        parent: the hypothesis that each one continues, of the same shape.
-        independent: whether its position is another one since then, of the same shape.
-        travel_by: derivatives of the travel by the quantities, shape (samples, quantities); 0 by the position.
-        aside: by the names in `ASIDE`, shape (samples,).
-    """
-
+    # mean_before, covariance_before: before a measurement, shapes (samples, hypotheses, quantities) and (samples,
+    # hypotheses, quantities, quantities) [SI]
     mean_before: Array
     covariance_before: Array
+    # mean, covariance: after it, of the same shapes
     mean: Array
     covariance: Array
-    parent: NDArray[np.int64]
-    independent: NDArray[np.bool_]
-    travel_by: Array
-    aside: Mapping[str, Array]
+    parent: NDArray[np.int64]  # the hypothesis that each one continues, of the same shape
+    independent: NDArray[np.bool_]  # whether its position is another one since then, of the same shape
+    travel_by: Array  # derivatives of the travel by the quantities, shape (samples, quantities); 0 by the position
+    aside: Mapping[str, Array]  # by the names in `ASIDE`, shape (samples,)
 
 
 @dataclass(frozen=True)
 class Tracer:
-    """The sensor of a unit with its trace.
+    """The sensor of a unit with its trace."""
 
-    Attributes:
-        sensor: whose outputs are those of the unit's sensor, then the trace.
-        layout: of the trace.
-        unit: that it watches.
-    """
-
-    sensor: VirtualSensor
-    layout: Layout
-    unit: HydraulicUnit
+    sensor: VirtualSensor  # whose outputs are those of the unit's sensor, then the trace
+    layout: Layout  # of the trace
+    unit: HydraulicUnit  # that it watches
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -48,33 +48,25 @@ class History:
 
 @dataclass(frozen=True)
 class QuantityTrend:
-    """A quantity over the records that say something of it.
+    """A quantity over the records that say something of it."""
 
-    Attributes:
-        followed: what it is.
-        time: of these records [s since 1970].
-        value, std: what each log alone says [1].
-        level, level_std: of the smoothed trend [1]; of a factor its logarithm.
-        now, now_std: level after the last record [1].
-        change, change_std: of the level since the first one [1].
-        steps: with places in `time`.
-        odd: records that are none of the trend's, by their files.
-        forecast: of the limit.
-    """
-
-    followed: Followed
-    time: Array
+    followed: Followed  # what it is
+    time: Array  # of these records [s since 1970]
+    # value, std: what each log alone says [1]
     value: Array
     std: Array
+    # level, level_std: of the smoothed trend [1]; of a factor its logarithm
     level: Array
     level_std: Array
+    # now, now_std: level after the last record [1]
     now: float
     now_std: float
+    # change, change_std: of the level since the first one [1]
     change: float
     change_std: float
-    steps: tuple[Step, ...]
-    odd: tuple[str, ...]
-    forecast: Forecast
+    steps: tuple[Step, ...]  # with places in `time`
+    odd: tuple[str, ...]  # records that are none of the trend's, by their files
+    forecast: Forecast  # of the limit
 
     @property
     def figures(self) -> dict[str, object]:
@@ -91,21 +83,13 @@ class QuantityTrend:
 
 @dataclass(frozen=True)
 class Assessed:
-    """A unit's history, assessed.
+    """A unit's history, assessed."""
 
-    Attributes:
-        history: what it rests on.
-        quantities: that are known, by name.
-        causes: of what has changed since the first record, the likeliest first.
-        sisters: the population of machines that are described alike; None if there is none.
-        among: its place among them.
-    """
-
-    history: History
-    quantities: Mapping[str, QuantityTrend]
-    causes: tuple[Suspected, ...]
-    sisters: Population | None = None
-    among: Member | None = None
+    history: History  # what it rests on
+    quantities: Mapping[str, QuantityTrend]  # that are known, by name
+    causes: tuple[Suspected, ...]  # of what has changed since the first record, the likeliest first
+    sisters: Population | None = None  # the population of machines that are described alike; None if there is none
+    among: Member | None = None  # its place among them
 
     @property
     def state(self) -> State:

@@ -17,21 +17,13 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Cause:
-    """Something that changes a machine.
+    """Something that changes a machine."""
 
-    Attributes:
-        words: what it is.
-        look: where to look.
-        prior: how often it is, beside the others [1].
-        does: change of each level for a usual amount [1].
-        by_oil_change: how much likelier it is where the change came with a declared oil change.
-    """
-
-    words: str
-    look: str
-    prior: float
-    does: Mapping[str, float] = field(default_factory=dict)
-    by_oil_change: float = 1.0
+    words: str  # what it is
+    look: str  # where to look
+    prior: float  # how often it is, beside the others [1]
+    does: Mapping[str, float] = field(default_factory=dict)  # change of each level for a usual amount [1]
+    by_oil_change: float = 1.0  # how much likelier it is where the change came with a declared oil change
 
 
 CAUSES = (

@@ -26,39 +26,28 @@ _USUAL = 0.1  # scale of the prior of the spread
 
 @dataclass(frozen=True)
 class Member:
-    """A machine among its sisters.
+    """A machine among its sisters."""
 
-    Attributes:
-        value, std: as measured [1].
-        shrunk, shrunk_std: with what the others say [1].
-        shrinkage: share by which it is moved to their mean [1].
-        chance: that a machine of the population of the others is as far away or farther [1].
-        leaves: whether it leaves the others.
-    """
-
+    # value, std: as measured [1]
     value: float
     std: float
+    # shrunk, shrunk_std: with what the others say [1]
     shrunk: float
     shrunk_std: float
-    shrinkage: float
-    chance: float
-    leaves: bool
+    shrinkage: float  # share by which it is moved to their mean [1]
+    chance: float  # that a machine of the population of the others is as far away or farther [1]
+    leaves: bool  # whether it leaves the others
 
 
 @dataclass(frozen=True)
 class Population:
-    """Sister machines.
+    """Sister machines."""
 
-    Attributes:
-        mean, mean_std: of the population [1].
-        spread: standard deviation between machines [1].
-        members: in the order that was passed.
-    """
-
+    # mean, mean_std: of the population [1]
     mean: float
     mean_std: float
-    spread: float
-    members: tuple[Member, ...]
+    spread: float  # standard deviation between machines [1]
+    members: tuple[Member, ...]  # in the order that was passed
 
 
 def population(values: Sequence[float], stds: Sequence[float]) -> Population:

@@ -12,17 +12,11 @@ from ramsight.histories.forecast import LIMIT
 
 @dataclass(frozen=True)
 class Followed:
-    """A quantity.
+    """A quantity."""
 
-    Attributes:
-        words: what it is.
-        is_factor: whether it is over the description's, so that its logarithm is followed.
-        limit: beyond which something is to be done [1]; NaN if there is none unless it is asked for.
-    """
-
-    words: str
-    is_factor: bool = True
-    limit: float = math.nan
+    words: str  # what it is
+    is_factor: bool = True  # whether it is over the description's, so that its logarithm is followed
+    limit: float = math.nan  # beyond which something is to be done [1]; NaN if there is none unless it is asked for
 
     @property
     def way(self) -> float:

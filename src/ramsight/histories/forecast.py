@@ -32,25 +32,19 @@ _LONGEST_WAIT = 366.0  # d
 
 @dataclass(frozen=True)
 class Forecast:
-    """When a level reaches its limit.
+    """When a level reaches its limit."""
 
-    Attributes:
-        low, middle, high: the interval of 90 % and its middle [s since 1970]; NaN where no date is given. `low` is
-            -infinity where the limit may be passed already.
-        last: time of the last record [s since 1970].
-        probability: that the limit is passed then [1].
-        slope, slope_std: of the level [1/year].
-        reason: why there is no date; empty where there is one.
-    """
-
+    # low, middle, high: the interval of 90 % and its middle [s since 1970]; NaN where no date is given. `low` is
+    # -infinity where the limit may be passed already.
     low: float
     middle: float
     high: float
-    last: float
-    probability: float
+    last: float  # time of the last record [s since 1970]
+    probability: float  # that the limit is passed then [1]
+    # slope, slope_std: of the level [1/year]
     slope: float
     slope_std: float
-    reason: str = ""
+    reason: str = ""  # why there is no date; empty where there is one
 
     @property
     def dates(self) -> tuple[float, float, float]:

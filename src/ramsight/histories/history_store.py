@@ -45,36 +45,22 @@ class DescriptionChangedError(HistoryError):
 
 @dataclass(frozen=True)
 class Event:
-    """Something that was done to a machine.
+    """Something that was done to a machine."""
 
-    Attributes:
-        at: when [s since 1970, UTC].
-        kind: of `KINDS_OF_EVENT`.
-        note: in words.
-    """
-
-    at: float
-    kind: str
-    note: str = ""
+    at: float  # when [s since 1970, UTC]
+    kind: str  # of `KINDS_OF_EVENT`
+    note: str = ""  # in words
 
 
 @dataclass(frozen=True)
 class Kept:
-    """A unit in the store.
+    """A unit in the store."""
 
-    Attributes:
-        key: whose records they are.
-        place: of its newest description in the store.
-        toml: that description.
-        digest: of it.
-        descriptions: how many there have been.
-    """
-
-    key: MachineKey
-    place: int
-    toml: str
+    key: MachineKey  # whose records they are
+    place: int  # of its newest description in the store
+    toml: str  # that description
     digest: str
-    descriptions: int
+    descriptions: int  # how many there have been
 
 
 class HistoryStore:

@@ -101,17 +101,11 @@ class Record:
 
 @dataclass(frozen=True)
 class MachineKey:
-    """Whose history it is.
+    """Whose history it is."""
 
-    Attributes:
-        machine: name of the description.
-        unit: name of the unit.
-        serial: serial number of the machine; empty where there is one of its kind.
-    """
-
-    machine: str
-    unit: str
-    serial: str = ""
+    machine: str  # name of the description
+    unit: str  # name of the unit
+    serial: str = ""  # serial number of the machine; empty where there is one of its kind
 
     @property
     def text(self) -> str:

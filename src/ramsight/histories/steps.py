@@ -20,34 +20,21 @@ BLIP_STD = 0.5
 
 @dataclass(frozen=True)
 class Step:
-    """A step of a series.
+    """A step of a series."""
 
-    Attributes:
-        record: first one after it.
-        factor: Bayes factor of a step somewhere in the series over none; of a step here, if it was declared.
-        is_declared: whether somebody did something to the machine there.
-    """
-
-    record: int
-    factor: float
-    is_declared: bool = False
+    record: int  # first one after it
+    factor: float  # Bayes factor of a step somewhere in the series over none; of a step here, if it was declared
+    is_declared: bool = False  # whether somebody did something to the machine there
 
 
 @dataclass(frozen=True)
 class Explained:
-    """Series with their steps.
+    """Series with their steps."""
 
-    Attributes:
-        series: without odd records, with steps.
-        trend: of these.
-        steps: of each series, by their places.
-        odd: records that are none of the trend's, of each series.
-    """
-
-    series: Series
-    trend: Trend
-    steps: tuple[tuple[Step, ...], ...]
-    odd: tuple[tuple[int, ...], ...]
+    series: Series  # without odd records, with steps
+    trend: Trend  # of these
+    steps: tuple[tuple[Step, ...], ...]  # of each series, by their places
+    odd: tuple[tuple[int, ...], ...]  # records that are none of the trend's, of each series
 
 
 def explained(series: Series) -> Explained:

@@ -43,23 +43,14 @@ _STATES = 4  # level, slope, thermometer, level at the beginning
 
 @dataclass(frozen=True)
 class Series:
-    """Quantities over records, shape (records, series); NaN where a record says nothing of one.
+    """Quantities over records, shape (records, series); NaN where a record says nothing of one."""
 
-    Attributes:
-        time: of the records [s since 1970], not decreasing.
-        value: logarithm of a factor, or an exponent [1].
-        std: its deviation [1].
-        per_kelvin: by how much it is off where the oil is 1 K warmer than reported [1/K].
-        per_kelvin2: derivative of that [1/K^2].
-        jumps: whether a step lies between a record and the one before.
-    """
-
-    time: Array
-    value: Array
-    std: Array
-    per_kelvin: Array
-    per_kelvin2: Array
-    jumps: Bools
+    time: Array  # of the records [s since 1970], not decreasing
+    value: Array  # logarithm of a factor, or an exponent [1]
+    std: Array  # its deviation [1]
+    per_kelvin: Array  # by how much it is off where the oil is 1 K warmer than reported [1/K]
+    per_kelvin2: Array  # derivative of that [1/K^2]
+    jumps: Bools  # whether a step lies between a record and the one before
 
     @cached_property
     def known(self) -> Bools:
@@ -69,26 +60,21 @@ class Series:
 
 @dataclass(frozen=True)
 class Trend:
-    """Series by all that their records say; `kinds` come before series.
+    """Series by all that their records say; `kinds` come before series."""
 
-    Attributes:
-        weight: probability of each kind, shape (kinds, series).
-        log_likelihood: of each kind, shape (kinds, series).
-        mean, covariance: of level, slope, thermometer and first level after the last record, shapes (4, kinds, series)
-            and (4, 4, kinds, series) [1, 1/year, K].
-        level, level_std: of the smoothed level at each record, all kinds together, shape (records, series) [1].
-        step_score, step_information: of a step just before each record, shape (records, kinds, series).
-        blip_score, blip_information: of an error of that record alone, shape (records, kinds, series).
-    """
-
-    weight: Array
-    log_likelihood: Array
+    weight: Array  # probability of each kind, shape (kinds, series)
+    log_likelihood: Array  # of each kind, shape (kinds, series)
+    # mean, covariance: of level, slope, thermometer and first level after the last record, shapes (4, kinds, series)
+    # and (4, 4, kinds, series) [1, 1/year, K]
     mean: Array
     covariance: Array
+    # level, level_std: of the smoothed level at each record, all kinds together, shape (records, series) [1]
     level: Array
     level_std: Array
+    # step_score, step_information: of a step just before each record, shape (records, kinds, series)
     step_score: Array
     step_information: Array
+    # blip_score, blip_information: of an error of that record alone, shape (records, kinds, series)
     blip_score: Array
     blip_information: Array
 

@@ -17,17 +17,11 @@ from ramsight.arrays import Array, Bools
 
 @dataclass(frozen=True)
 class Samples:
-    """Samples of one channel.
+    """Samples of one channel."""
 
-    Args:
-        order: when each came, not falling, shape (n,); channels that come together share one array.
-        time: [s], shape (n,); may be NaN, repeat or jump.
-        value: shape (n,); may be NaN.
-    """
-
-    order: Array
-    time: Array
-    value: Array
+    order: Array  # when each came, not falling, shape (n,); channels that come together share one array
+    time: Array  # [s], shape (n,); may be NaN, repeat or jump
+    value: Array  # shape (n,); may be NaN
 
     def __len__(self) -> int:
         return len(self.order)

@@ -18,17 +18,11 @@ JITTER = Constant(5.0, "1", "usual distances by which samples may come out of or
 
 @dataclass(frozen=True)
 class Arrival:
-    """How the samples of one clock came.
+    """How the samples of one clock came."""
 
-    Args:
-        order: of each sample, never falling, shape (n,) [s]; comparable between the clocks of a file.
-        wild: which samples have a time beside that of those before and after them, shape (n,).
-        falls: times before and after each place where the clock was set back [s].
-    """
-
-    order: Array
-    wild: Bools
-    falls: tuple[tuple[float, float], ...]
+    order: Array  # of each sample, never falling, shape (n,) [s]; comparable between the clocks of a file
+    wild: Bools  # which samples have a time beside that of those before and after them, shape (n,)
+    falls: tuple[tuple[float, float], ...]  # times before and after each place where the clock was set back [s]
     places: tuple[int, ...]
 
 

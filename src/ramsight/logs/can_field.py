@@ -14,27 +14,19 @@ Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class Field:
-    """A number in a frame: ``scale * bits + offset``.
-
-    Args:
-        bits: where its bits are, the most significant first; bit 0 is the highest of byte 0, bit 8 that of byte 1.
-        signed: two's complement.
-        floating: an IEEE number of 16, 32 or 64 bits.
-        scale: factor.
-        offset: in `unit`.
-        selector: another field that states whether this one is in the frame, and the values for which it is.
-        reserved: whether the highest values mean "not available" where it is unsigned, as in J1939.
-    """
+    """A number in a frame: ``scale * bits + offset``."""
 
     name: str
+    # where its bits are, the most significant first; bit 0 is the highest of byte 0, bit 8 that of byte 1
     bits: tuple[int, ...]
-    signed: bool = False
-    floating: bool = False
+    signed: bool = False  # two's complement
+    floating: bool = False  # an IEEE number of 16, 32 or 64 bits
     scale: float = 1.0
-    offset: float = 0.0
+    offset: float = 0.0  # in `unit`
     unit: str = ""
+    # another field that states whether this one is in the frame, and the values for which it is
     selector: tuple[Field, tuple[int, ...]] | None = None
-    reserved: bool = False
+    reserved: bool = False  # whether the highest values mean "not available" where it is unsigned, as in J1939
 
     @property
     def length(self) -> int:

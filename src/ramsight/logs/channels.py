@@ -18,22 +18,14 @@ _COMMAND = "_command"
 
 @dataclass(frozen=True)
 class Channel:
-    """A column of a log and the variable that it becomes: ``value = factor * cell + offset``.
+    """A column of a log and the variable that it becomes: ``value = factor * cell + offset``."""
 
-    Args:
-        column: name in the file's header, its unit last.
-        name: name in the `Dataset`.
-        units: SI unit in the `Dataset`.
-        long_name: the quantity in words.
-        offset: SI value of the file's zero.
-    """
-
-    column: str
-    name: str
-    units: str
-    long_name: str
+    column: str  # name in the file's header, its unit last
+    name: str  # name in the `Dataset`
+    units: str  # SI unit in the `Dataset`
+    long_name: str  # the quantity in words
     factor: float = 1.0
-    offset: float = 0.0
+    offset: float = 0.0  # SI value of the file's zero
 
     def to_si(self, cells: Array) -> Array:
         """Values in SI units from the file's.
@@ -72,16 +64,11 @@ class Further(Channel):
 
     Channel maps, logs, inputs of the sensor and of what is exported, the simulated report, the table of faults and the
     advice of a commissioning follow from it.
-
-    Args:
-        declared: table of the assumptions that declares it, where its `std` is above zero.
-        is_reading: whether it is an occasional reading of the position; else it has a law of its own.
-        advice: what to add to a machine, as a commissioning says it; "" for nothing.
     """
 
-    declared: str
-    is_reading: bool = False
-    advice: str = ""
+    declared: str  # table of the assumptions that declares it, where its `std` is above zero
+    is_reading: bool = False  # whether it is an occasional reading of the position; else it has a law of its own
+    advice: str = ""  # what to add to a machine, as a commissioning says it; "" for nothing
 
 
 MOTOR_SPEED = Channel("motor_speed_rpm", "motor_speed", "rad/s", "motor speed, extension positive", factor=RPM)

@@ -24,18 +24,12 @@ _STATED = (
 
 @dataclass(frozen=True)
 class Clock:
-    """The clock of a table as it is proposed.
+    """The clock of a table as it is proposed."""
 
-    Args:
-        timed: its columns and unit; the unit "" and no period where that is asked for.
-        is_stamp: whether its cells are dates or times of day.
-        is_asked: whether a person has to state the unit or the period.
-    """
-
-    timed: Timed
-    is_stamp: bool = False
+    timed: Timed  # its columns and unit; the unit "" and no period where that is asked for
+    is_stamp: bool = False  # whether its cells are dates or times of day
     evidence: str = ""
-    is_asked: bool = False
+    is_asked: bool = False  # whether a person has to state the unit or the period
 
 
 def find_clock(source: TableSource, known: ChannelMap) -> Clock:

@@ -47,16 +47,11 @@ SIZES = (
 
 
 class Unit(NamedTuple):
-    """The unit of a clock's numbers.
+    """The unit of a clock's numbers."""
 
-    Args:
-        name: as a map writes it; "" where it has to be asked for.
-        runner_up: what else it may be, "" if nothing is near.
-    """
-
-    name: str
+    name: str  # as a map writes it; "" where it has to be asked for
     evidence: str = ""
-    runner_up: str = ""
+    runner_up: str = ""  # what else it may be, "" if nothing is near
 
 
 def second_of(unit: str) -> float:

@@ -17,20 +17,14 @@ _MESSAGE = re.compile(r"^BO_ ([0-9]+) ", re.MULTILINE)
 
 @dataclass(frozen=True)
 class DriveMap:
-    """A map of the catalogue.
+    """A map of the catalogue."""
 
-    Args:
-        name: what ``--map`` calls it.
-        source: where its frames are described.
-        columns: of a table by which it is known; none where it is of frames.
-    """
-
-    name: str
+    name: str  # what `--map` calls it
     title: str
-    source: str
+    source: str  # where its frames are described
     tried: str
     path: Path
-    columns: frozenset[str] = frozenset()
+    columns: frozenset[str] = frozenset()  # of a table by which it is known; none where it is of frames
 
     @property
     def frames(self) -> frozenset[int]:

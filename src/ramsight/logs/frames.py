@@ -9,19 +9,12 @@ EXTENDED = 1 << 31
 
 
 class Frame(NamedTuple):
-    """A frame of a log.
+    """A frame of a log."""
 
-    Args:
-        time: as in the file [s].
-        key: identifier, with `EXTENDED` set for one of 29 bits.
-        bus: number of the bus, from 0.
-        data: its bytes; None for an error frame or a remote frame.
-    """
-
-    time: float
-    key: int
-    bus: int
-    data: bytes | None
+    time: float  # as in the file [s]
+    key: int  # identifier, with `EXTENDED` set for one of 29 bits
+    bus: int  # number of the bus, from 0
+    data: bytes | None  # its bytes; None for an error frame or a remote frame
 
 
 def frame_key(identifier: int, *, is_extended: bool) -> int:

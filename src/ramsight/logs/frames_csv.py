@@ -43,19 +43,13 @@ _PYTHON_CAN = "arbitration_id"  # its data are in base 64
 
 @dataclass(frozen=True)
 class FrameTable:
-    """How a table of frames is laid out.
+    """How a table of frames is laid out."""
 
-    Args:
-        header_line: line with the names of the columns, from 1.
-        names: of the columns, in small letters.
-        bytes_at: places of the columns of single bytes, in order.
-    """
-
-    header_line: int
+    header_line: int  # line with the names of the columns, from 1
     separator: str
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # of the columns, in small letters
     places: dict[str, int]
-    bytes_at: tuple[int, ...]
+    bytes_at: tuple[int, ...]  # places of the columns of single bytes, in order
 
 
 def frame_table(path: str | Path) -> FrameTable | None:

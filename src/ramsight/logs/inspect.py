@@ -73,25 +73,19 @@ class Distances:
 
 @dataclass
 class Channel:
-    """A channel of a log and what was seen of it.
-
-    Attributes:
-        unit: as the file states it, "" if it does not.
-        note: group of an MDF file, kind of a text column.
-        first, last: least and greatest time [s].
-        role: what it is proposed for, "" if nothing.
-    """
+    """A channel of a log and what was seen of it."""
 
     name: str
-    unit: str
-    note: str = ""
+    unit: str  # as the file states it, "" if it does not
+    note: str = ""  # group of an MDF file, kind of a text column
     samples: int = 0
     missing: int = 0
     least: float = np.nan
     most: float = np.nan
+    # first, last: least and greatest time [s]
     first: float = np.nan
     last: float = np.nan
-    role: str = ""
+    role: str = ""  # what it is proposed for, "" if nothing
     distances: Distances = field(default_factory=Distances)
 
     @property
@@ -124,23 +118,17 @@ class Channel:
 
 @dataclass
 class Inspection:
-    """What was found in a log.
-
-    Attributes:
-        channels: all of them, the clock not among them.
-        frames: of a CAN log, identifier (bit 31 set for an extended one) to how many frames and bytes.
-        known: the map that was looked through, with what could be guessed of the file's layout.
-        origins: of a CAN log, the buses and addresses that its frames came from.
-        clocks: of groups, from what each has its time.
-    """
+    """What was found in a log."""
 
     file: str
-    channels: list[Channel]
+    channels: list[Channel]  # all of them, the clock not among them
+    # of a CAN log, identifier (bit 31 set for an extended one) to how many frames and bytes
     frames: dict[int, tuple[int, int]] = field(default_factory=dict)
     clock: Clock | None = None
+    # the map that was looked through, with what could be guessed of the file's layout
     known: ChannelMap = field(default_factory=ChannelMap)
-    origins: Origins | None = None
-    clocks: list[str] = field(default_factory=list)
+    origins: Origins | None = None  # of a CAN log, the buses and addresses that its frames came from
+    clocks: list[str] = field(default_factory=list)  # of groups, from what each has its time
 
     def of(self, role: str) -> Channel | None:
         """The channel that is proposed for a role."""

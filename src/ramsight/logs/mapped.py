@@ -128,27 +128,16 @@ class Mapped:
 
 @dataclass(frozen=True)
 class Timed:
-    """The clock of a table, of groups or of messages: ``sign * (scale * number + offset)`` in ``unit``.
+    """The clock of a table, of groups or of messages: ``sign * (scale * number + offset)`` in ``unit``."""
 
-    Args:
-        channel: its name in the file, "" where rows have a period and no clock.
-        unit: of the number after scale and offset; None takes the file's, or goes by its size.
-        date: column of dates beside a clock that is a time of day.
-        week: column of weeks beside a clock that is a time of the week, as GPS counts it.
-        period: from row to row where there is no channel, else of one number of it [s].
-        sign: 1, or -1 for a clock that counts down.
-        scale: factor.
-        offset: in `unit`.
-    """
-
-    channel: str = ""
-    unit: str | None = None
-    date: str | None = None
-    week: str | None = None
-    period: float | None = None
-    sign: float = 1.0
+    channel: str = ""  # its name in the file, "" where rows have a period and no clock
+    unit: str | None = None  # of the number after scale and offset; None takes the file's, or goes by its size
+    date: str | None = None  # column of dates beside a clock that is a time of day
+    week: str | None = None  # column of weeks beside a clock that is a time of the week, as GPS counts it
+    period: float | None = None  # from row to row where there is no channel, else of one number of it [s]
+    sign: float = 1.0  # 1, or -1 for a clock that counts down
     scale: float = 1.0
-    offset: float = 0.0
+    offset: float = 0.0  # in `unit`
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -223,16 +212,11 @@ class Referenced:
 
 @dataclass(frozen=True)
 class Sequence:
-    """A number of the drive's frame that goes on with each of them.
-
-    Args:
-        modulus: numbers until it begins again; 2 is a toggle bit.
-        of_sync: whether it is the counter of the SYNC that the frame answers, rather than the drive's own.
-    """
+    """A number of the drive's frame that goes on with each of them."""
 
     channel: str
-    modulus: int
-    of_sync: bool = False
+    modulus: int  # numbers until it begins again; 2 is a toggle bit
+    of_sync: bool = False  # whether it is the counter of the SYNC that the frame answers, rather than the drive's own
 
 
 @dataclass(frozen=True)

@@ -34,19 +34,13 @@ _BEGIN = "import sys; sys.path[:] = {path!r}; from ramsight.logs.mdf_worker impo
 
 @dataclass(frozen=True)
 class Group:
-    """A group of channels that share a clock.
-
-    Args:
-        master: which channel is the clock, None if none is.
-        units: of the channels, "" where the file states none.
-        kind: sync type of the clock, as the file states it.
-    """
+    """A group of channels that share a clock."""
 
     cycles: int
-    master: int | None
+    master: int | None  # which channel is the clock, None if none is
     names: tuple[str, ...]
-    units: tuple[str, ...]
-    kind: int = 1
+    units: tuple[str, ...]  # of the channels, "" where the file states none
+    kind: int = 1  # sync type of the clock, as the file states it
 
     @property
     def timeless(self) -> str:

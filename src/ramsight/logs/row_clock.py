@@ -20,15 +20,11 @@ _LONG_AGO = ("d", "100 ns")
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a table.
-
-    Args:
-        columns: of numbers, each of shape (count,).
-        stamps: seconds since 1970, or since midnight [s], shape (count,); None where the clock is no stamp.
-    """
+    """Rows of a table."""
 
     count: int
-    columns: Mapping[str, Array]
+    columns: Mapping[str, Array]  # of numbers, each of shape (count,)
+    # seconds since 1970, or since midnight [s], shape (count,); None where the clock is no stamp
     stamps: Array | None = None
 
 

@@ -35,14 +35,10 @@ _OBJECT = re.compile(rf"(?<![0-9a-f])({'|'.join(_OBJECTS)})(?![0-9a-g])")
 
 @dataclass(frozen=True)
 class Offered:
-    """A channel that a file has.
-
-    Args:
-        unit: as the file states it, "" if it does not.
-    """
+    """A channel that a file has."""
 
     name: str
-    unit: str = ""
+    unit: str = ""  # as the file states it, "" if it does not
     note: str = ""
 
 

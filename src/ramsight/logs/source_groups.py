@@ -33,32 +33,22 @@ SEVERAL = "has no clock of its own, and the clocks {} beside it go on otherwise"
 
 @dataclass(frozen=True)
 class Recorded:
-    """A channel as a file has it.
+    """A channel as a file has it."""
 
-    Args:
-        values: shape (n,).
-        unit: as the file states it, "" if it does not.
-    """
-
-    values: Array
-    unit: str = ""
+    values: Array  # shape (n,)
+    unit: str = ""  # as the file states it, "" if it does not
 
 
 @dataclass(frozen=True)
 class Group:
-    """Channels with one clock.
-
-    Args:
-        time: of their samples [s], shape (n,); None where one of the channels is the clock, or nothing is.
-        lacking: why they have no time, "" if they have one.
-        clock: what their time is taken from, in a few words.
-    """
+    """Channels with one clock."""
 
     name: str
     channels: Mapping[str, Recorded] = field(default_factory=dict)
+    # of their samples [s], shape (n,); None where one of the channels is the clock, or nothing is
     time: Array | None = None
-    lacking: str = ""
-    clock: str = ""
+    lacking: str = ""  # why they have no time, "" if they have one
+    clock: str = ""  # what their time is taken from, in a few words
 
 
 class GroupSource(Source):

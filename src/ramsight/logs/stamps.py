@@ -90,17 +90,11 @@ def is_stamp(text: str) -> bool:
 
 
 class Form(NamedTuple):
-    """How stamps are written, as far as it says what they mean.
+    """How stamps are written, as far as it says what they mean."""
 
-    Args:
-        periods: after which a clock without a date begins again [s].
-        is_order_open: whether the day or the month may come first.
-        is_local: whether it has no zone, and hours: summer time changes it.
-    """
-
-    periods: tuple[float, ...]
-    is_order_open: bool
-    is_local: bool = False
+    periods: tuple[float, ...]  # after which a clock without a date begins again [s]
+    is_order_open: bool  # whether the day or the month may come first
+    is_local: bool = False  # whether it has no zone, and hours: summer time changes it
 
 
 def form_of(text: str) -> Form:

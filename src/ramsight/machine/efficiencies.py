@@ -21,18 +21,12 @@ _KEY = "efficiency_table"
 
 @dataclass(frozen=True)
 class Efficiencies:
-    """Efficiencies of pump operation on a full grid, in SI.
+    """Efficiencies of pump operation on a full grid, in SI."""
 
-    Args:
-        pressure: pressure rises [Pa], increasing.
-        speed: pump speeds [rad/s], increasing.
-        viscosity: [m2/s], increasing.
-        volumetric, hydromechanical: efficiencies by viscosity, speed, pressure.
-    """
-
-    pressure: tuple[float, ...]
-    speed: tuple[float, ...]
-    viscosity: tuple[float, ...]
+    pressure: tuple[float, ...]  # pressure rises [Pa], increasing
+    speed: tuple[float, ...]  # pump speeds [rad/s], increasing
+    viscosity: tuple[float, ...]  # [m2/s], increasing
+    # volumetric, hydromechanical: efficiencies by viscosity, speed, pressure
     volumetric: tuple[tuple[tuple[float, ...], ...], ...]
     hydromechanical: tuple[tuple[tuple[float, ...], ...], ...]
 

@@ -15,18 +15,12 @@ from ramsight.machine.reading import load_machine
 
 @dataclass(frozen=True)
 class Checked:
-    """An entry that was checked.
-
-    Attributes:
-        what: its kind and name; "" if it has none.
-        errors: why it cannot be used, a line each.
-        cautions: what is missing or worth a second look, a line each.
-    """
+    """An entry that was checked."""
 
     path: Path
-    what: str
-    errors: tuple[str, ...] = ()
-    cautions: tuple[str, ...] = ()
+    what: str  # its kind and name; "" if it has none
+    errors: tuple[str, ...] = ()  # why it cannot be used, a line each
+    cautions: tuple[str, ...] = ()  # what is missing or worth a second look, a line each
 
 
 def check_own(files: tuple[Path, ...] | None = None) -> list[Checked]:

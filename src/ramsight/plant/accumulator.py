@@ -43,22 +43,14 @@ def oil_volume(pressure: Real, volume: Real, precharge: Real, polytropic: Real) 
 
 @dataclass(frozen=True)
 class Accumulator:
-    """A gas-loaded accumulator at a node.
-
-    Args:
-        node: where it is.
-        volume: of the gas at its precharge [m3].
-        precharge: absolute [Pa].
-        polytropic: exponent of the gas [1].
-        port: oil that is always in its port [m3].
-    """
+    """A gas-loaded accumulator at a node."""
 
     name: str
-    node: str
-    volume: float
-    precharge: float
-    polytropic: float
-    port: float = 1e-5
+    node: str  # where it is
+    volume: float  # of the gas at its precharge [m3]
+    precharge: float  # absolute [Pa]
+    polytropic: float  # exponent of the gas [1]
+    port: float = 1e-5  # oil that is always in its port [m3]
 
     def connect(self, circuit: Circuit) -> None:
         """Add the gas's give to its node."""

@@ -452,25 +452,15 @@ class _Iterated:
 
 @dataclass(frozen=True)
 class _Step:
-    """A step that is being solved.
+    """A step that is being solved."""
 
-    Attributes:
-        balance: whose equations these are.
-        z0: states before it.
-        arguments: mean speed, load, parameters and factors.
-        h: how long it is [s].
-        held: whether the piston is held where it is.
-        early: share of the leakage that is that before it.
-        leaks: what leaks before it, as rates of the states, and by factors and states.
-    """
-
-    balance: Balance
-    z0: Vector
-    arguments: tuple[Real, Real, Vector, Vector]
-    h: Real
-    held: Condition
-    early: float
-    leaks: tuple[Vector, Matrix, Matrix]
+    balance: Balance  # whose equations these are
+    z0: Vector  # states before it
+    arguments: tuple[Real, Real, Vector, Vector]  # mean speed, load, parameters and factors
+    h: Real  # how long it is [s]
+    held: Condition  # whether the piston is held where it is
+    early: float  # share of the leakage that is that before it
+    leaks: tuple[Vector, Matrix, Matrix]  # what leaks before it, as rates of the states, and by factors and states
 
     def iterate(self, z: Vector) -> _Iterated:
         """Once from these states."""

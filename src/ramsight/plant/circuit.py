@@ -75,17 +75,11 @@ class Audited:
 
 @dataclass(frozen=True)
 class CircuitModel(Audited):
-    """A circuit as an equation, with the values of its parameters and what its audit needs.
+    """A circuit as an equation, with the values of its parameters and what its audit needs."""
 
-    Attributes:
-        ode: the equation. Its integrals are `energy.*` [J] and `volume.*` [m3].
-        values: the parameters' values, in the order of `ode.parameters`; the oil's temperature is among them.
-        commands: parts that are commanded; the command is the parameter `name.command`.
-    """
-
-    ode: OdeModel
-    values: Array
-    commands: tuple[str, ...]
+    ode: OdeModel  # the equation. Its integrals are `energy.*` [J] and `volume.*` [m3].
+    values: Array  # the parameters' values, in the order of `ode.parameters`; the oil's temperature is among them
+    commands: tuple[str, ...]  # parts that are commanded; the command is the parameter `name.command`
 
     def parameters(self, **changes: float) -> Array:
         """The parameters' values with some changed, by name with `__` for the dot."""
@@ -97,20 +91,15 @@ class CircuitModel(Audited):
 
 @dataclass(frozen=True)
 class Closed(Audited):
-    """A circuit whose balances are closed: everything that an equation is made of.
+    """A circuit whose balances are closed: everything that an equation is made of."""
 
-    Attributes:
-        states: each with its symbol and its rate of change; integrals last.
-        motor_speed, motor_acceleration: symbols of the speed that the drive is asked for, and of its slope.
-        commands: as in `CircuitModel`.
-    """
-
-    states: tuple[tuple[State, Scalar, Real], ...]
+    states: tuple[tuple[State, Scalar, Real], ...]  # each with its symbol and its rate of change; integrals last
+    # motor_speed, motor_acceleration: symbols of the speed that the drive is asked for, and of its slope
     motor_speed: Scalar
     motor_acceleration: Scalar
     parameters: Parameters
     outputs: tuple[Output, ...]
-    commands: tuple[str, ...]
+    commands: tuple[str, ...]  # as in `CircuitModel`
 
 
 def is_pressure(state: State) -> bool:

@@ -69,52 +69,39 @@ def sliding_friction(speed: Real, coulomb: Real, viscous: Real) -> Real:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """One cylinder, or several that move together, with the mass they carry.
-
-    Args:
-        node_a, node_b: nodes of the A-side (piston) and B-side (rod) chamber.
-        area_a, area_b: piston areas, all cylinders together [m2].
-        stroke: [m].
-        dead_volume_a, dead_volume_b: chamber volumes at zero stroke of that side [m3].
-        mass: moved mass [kg].
-        coulomb_friction, breakaway_friction: [N].
-        viscous_friction: [N/(m/s)].
-        stribeck_velocity: [m/s].
-        stop_stiffness: of the end stops [N/m].
-        stop_damping: force of the stop grows by this share per speed of approach [s/m].
-        seal_leak: leakage past the seals per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
-        load_sign: +1 if a positive load presses the piston in, -1 if it pulls it out.
-        cushion_length_a, cushion_length_b: of the end cushions at position 0 and at the stroke [m]; none without.
-        cushion_area_a, cushion_area_b: of the pistons around their plungers, all cylinders together [m2].
-        cushion_conductance: of their needle valves, all cylinders together [m3/s/sqrt(Pa)].
-        passive: whether the load only resists, whichever way the piston moves.
-        pressure_friction: friction over the force of the chambers' pressures [1]; none without it.
-    """
+    """One cylinder, or several that move together, with the mass they carry."""
 
     name: str
+    # node_a, node_b: nodes of the A-side (piston) and B-side (rod) chamber
     node_a: str
     node_b: str
+    # area_a, area_b: piston areas, all cylinders together [m2]
     area_a: float
     area_b: float
-    stroke: float
+    stroke: float  # [m]
+    # dead_volume_a, dead_volume_b: chamber volumes at zero stroke of that side [m3]
     dead_volume_a: float
     dead_volume_b: float
-    mass: float
+    mass: float  # moved mass [kg]
+    # coulomb_friction, breakaway_friction: [N]
     coulomb_friction: float
     breakaway_friction: float
-    viscous_friction: float
-    stribeck_velocity: float
-    stop_stiffness: float
-    stop_damping: float
-    load_sign: float
+    viscous_friction: float  # [N/(m/s)]
+    stribeck_velocity: float  # [m/s]
+    stop_stiffness: float  # of the end stops [N/m]
+    stop_damping: float  # force of the stop grows by this share per speed of approach [s/m]
+    load_sign: float  # +1 if a positive load presses the piston in, -1 if it pulls it out
+    # leakage past the seals per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it
     seal_leak: float | None = None
+    # cushion_length_a, cushion_length_b: of the end cushions at position 0 and at the stroke [m]; none without
     cushion_length_a: float | None = None
     cushion_length_b: float | None = None
+    # cushion_area_a, cushion_area_b: of the pistons around their plungers, all cylinders together [m2]
     cushion_area_a: float | None = None
     cushion_area_b: float | None = None
-    cushion_conductance: float | None = None
-    passive: bool = False
-    pressure_friction: float | None = None
+    cushion_conductance: float | None = None  # of their needle valves, all cylinders together [m3/s/sqrt(Pa)]
+    passive: bool = False  # whether the load only resists, whichever way the piston moves
+    pressure_friction: float | None = None  # friction over the force of the chambers' pressures [1]; none without it
 
     def area(self, side: str) -> float:
         """Piston area on side "a" or "b", all cylinders together [m2]."""

@@ -24,27 +24,21 @@ class DirectionalValve:
 
     At +1 the pump's line feeds port A and port B returns; at -1 it feeds port B and port A returns; at 0 all four edges
     are as its overlap leaves them.
-
-    Args:
-        name: of the part; its command is the circuit's parameter `name.command`.
-        pump_port, tank_port: nodes on the supply's side.
-        port_a, port_b: nodes on the cylinder's side.
-        conductance: Q_rated / sqrt(dp_rated) of one open edge [m3/s/sqrt(Pa)].
-        overlap: share of the spool's way from the middle at which an edge begins to open; negative, the edges are open
-            in the middle [1].
-        switching_time: until the spool has gone 95 % of a step, first order [s]; at once without it.
-        closed_leak: past the spool at each edge per pressure difference, times viscosity [m3/s/Pa m2/s]; none without
-            it.
     """
 
-    name: str
+    name: str  # of the part; its command is the circuit's parameter `name.command`
+    # pump_port, tank_port: nodes on the supply's side
     pump_port: str
     tank_port: str
+    # port_a, port_b: nodes on the cylinder's side
     port_a: str
     port_b: str
-    conductance: float
+    conductance: float  # Q_rated / sqrt(dp_rated) of one open edge [m3/s/sqrt(Pa)]
+    # share of the spool's way from the middle at which an edge begins to open; negative, the edges are open in the
+    # middle [1]
     overlap: float
-    switching_time: float | None = None
+    switching_time: float | None = None  # until the spool has gone 95 % of a step, first order [s]; at once without it
+    # past the spool at each edge per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it
     closed_leak: float | None = None
 
     @property

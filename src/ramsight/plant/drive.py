@@ -15,15 +15,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Supply:
-    """What feeds the motor, for energy figures only; nothing in the equations depends on it.
+    """What feeds the motor, for energy figures only; nothing in the equations depends on it."""
 
-    Args:
-        drive_efficiency: of motor and inverter together, either way [1].
-        battery_efficiency: of the battery, each way [1].
-    """
-
-    drive_efficiency: float
-    battery_efficiency: float
+    drive_efficiency: float  # of motor and inverter together, either way [1]
+    battery_efficiency: float  # of the battery, each way [1]
 
     def electrical(self, shaft_given: float, shaft_taken: float) -> tuple[float, float]:
         """Energy drawn from the battery's chemistry and put back into it [J], from what the shaft gave and took [J]."""
@@ -33,14 +28,10 @@ class Supply:
 
 @dataclass(frozen=True)
 class IdealDrive:
-    """A motor that follows its speed command exactly and gives the torque that this takes.
-
-    Args:
-        inertia: of rotor, belt and pumps at the motor shaft [kg m2].
-    """
+    """A motor that follows its speed command exactly and gives the torque that this takes."""
 
     name: str
-    inertia: float
+    inertia: float  # of rotor, belt and pumps at the motor shaft [kg m2]
     supply: Supply | None = None
 
     def connect(self, circuit: Circuit) -> None:
@@ -55,19 +46,13 @@ class ServoDrive:
 
     T = limit(k_p (w_ref - w) + z), dz/dt = k_i (w_ref - w) + (k_i/k_p)(T - T_unlimited): the integral does not wind
     up while the torque is at its limit (back-calculation, Åström and Hägglund, PID Controllers, section 3.5).
-
-    Args:
-        inertia: of rotor, belt and pumps at the motor shaft [kg m2].
-        proportional_gain: k_p [N m/(rad/s)].
-        integral_gain: k_i [N m/rad].
-        max_torque: limit either way [N m].
     """
 
     name: str
-    inertia: float
-    proportional_gain: float
-    integral_gain: float
-    max_torque: float
+    inertia: float  # of rotor, belt and pumps at the motor shaft [kg m2]
+    proportional_gain: float  # k_p [N m/(rad/s)]
+    integral_gain: float  # k_i [N m/rad]
+    max_torque: float  # limit either way [N m]
     supply: Supply | None = None
 
     def torque(self, error: Real, integral: Real) -> Real:

@@ -50,15 +50,10 @@ def held_by_valve(unit: HydraulicUnit) -> bool:
 
 @dataclass(frozen=True)
 class TrappedOil:
-    """The oil on the load's side of the piston, hoses among it, up to what is shut at rest; linear over the position.
+    """Oil on the load's side of the piston, hoses among it, up to what is shut at rest; linear over the position."""
 
-    Attributes:
-        volume: with the piston at 0, and at the end of its stroke [m3].
-        capacity: the same, volume per pressure [m3/Pa].
-    """
-
-    volume: tuple[float, float]
-    capacity: tuple[float, float]
+    volume: tuple[float, float]  # with the piston at 0, and at the end of its stroke [m3]
+    capacity: tuple[float, float]  # the same, volume per pressure [m3/Pa]
 
     @classmethod
     def of(cls, unit: HydraulicUnit, pressure: float) -> TrappedOil:

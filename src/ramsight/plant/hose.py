@@ -53,16 +53,11 @@ def stiffened_bulk_modulus(pressure: Real, bulk_modulus: Real, stiffening: Real)
 
 @dataclass(frozen=True)
 class Volume:
-    """A rigid volume of oil at a node.
-
-    Args:
-        node: where it is.
-        volume: [m3].
-    """
+    """A rigid volume of oil at a node."""
 
     name: str
-    node: str
-    volume: float
+    node: str  # where it is
+    volume: float  # [m3]
 
     def connect(self, circuit: Circuit) -> None:
         """Add the volume to its node."""
@@ -71,28 +66,22 @@ class Volume:
 
 @dataclass(frozen=True)
 class Hose:
-    """A hose or pipe. Without inertia half its content belongs to either end; with it, it is cut into segments.
-
-    Args:
-        inlet, outlet: nodes; segments meet at nodes `name_1`, `name_2`, ...
-        volume: content [m3].
-        length, diameter: [m].
-        bulk_modulus: of oil and wall together [Pa], not above the oil's.
-        turbulent: whether flow turns turbulent (Blasius); else it is laminar whatever its speed.
-        segments: equal parts whose flows are states; 0 leaves the oil's inertia out. Waves are shown up to about a
-            sixth of the frequency of one segment.
-        stiffening: rise of the bulk modulus per pressure above the atmosphere's [1]; without it there is none.
-    """
+    """A hose or pipe. Without inertia half its content belongs to either end; with it, it is cut into segments."""
 
     name: str
+    # inlet, outlet: nodes; segments meet at nodes `name_1`, `name_2`, ..
     inlet: str
     outlet: str
-    volume: float
+    volume: float  # content [m3]
+    # length, diameter: [m]
     length: float
     diameter: float
-    bulk_modulus: float
-    turbulent: bool = False
+    bulk_modulus: float  # of oil and wall together [Pa], not above the oil's
+    turbulent: bool = False  # whether flow turns turbulent (Blasius); else it is laminar whatever its speed
+    # equal parts whose flows are states; 0 leaves the oil's inertia out. Waves are shown up to about a sixth of the
+    # frequency of one segment.
     segments: int = 0
+    # rise of the bulk modulus per pressure above the atmosphere's [1]; without it there is none
     stiffening: float | None = None
 
     @property

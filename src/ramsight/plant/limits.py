@@ -14,27 +14,16 @@ _UNLIMITED = 350e5  # Pa; the usual highest pressure of mobile hydraulics, for a
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a unit.
+    """Limits of a unit."""
 
-    Attributes:
-        pressure: highest setting of its relief valves [Pa].
-        load: that this pressure carries on the held side [N].
-        pull: that it holds on the other side, against a load that pulls [N].
-        torque: of the motor at this pressure on the side that asks for more [N m].
-        side_torque: the same with the pumps' friction, all of it on the pump that asks for most [N m].
-        largest_torque: that both sides together could ask for [N m].
-        leak_velocity: with which leakage moves the piston at this pressure and 40 degC [m/s].
-        max_speed: of the motor [rad/s].
-    """
-
-    pressure: float
-    load: float
-    pull: float
-    torque: float
-    side_torque: float
-    largest_torque: float
-    leak_velocity: float
-    max_speed: float
+    pressure: float  # highest setting of its relief valves [Pa]
+    load: float  # that this pressure carries on the held side [N]
+    pull: float  # that it holds on the other side, against a load that pulls [N]
+    torque: float  # of the motor at this pressure on the side that asks for more [N m]
+    side_torque: float  # the same with the pumps' friction, all of it on the pump that asks for most [N m]
+    largest_torque: float  # that both sides together could ask for [N m]
+    leak_velocity: float  # with which leakage moves the piston at this pressure and 40 degC [m/s]
+    max_speed: float  # of the motor [rad/s]
 
 
 def pump_reliefs(unit: HydraulicUnit) -> tuple[ReliefValve, ...]:

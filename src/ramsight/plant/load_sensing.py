@@ -29,20 +29,13 @@ class LoadSensingPump(Pump):
 
     Leakage and friction are those of a pump at full displacement, whatever it swivels to, as in Wilson's law: gaps and
     loaded surfaces do not get smaller with it. So it is worse at part displacement, and turns with losses when idle.
-
-    Args:
-        load_line: node whose pressure it answers.
-        margin: of its outlet above the sensing line, at which it delivers nothing [Pa].
-        cut_off: pressure rise at which it delivers nothing, whatever is sensed [Pa].
-        band: below margin or cut-off within which it goes to full displacement [Pa].
-        swivel_time: until it has gone 95 % of a step, first order [s].
     """
 
-    load_line: str = TANK
-    margin: float
-    cut_off: float
-    band: float
-    swivel_time: float
+    load_line: str = TANK  # node whose pressure it answers
+    margin: float  # of its outlet above the sensing line, at which it delivers nothing [Pa]
+    cut_off: float  # pressure rise at which it delivers nothing, whatever is sensed [Pa]
+    band: float  # below margin or cut-off within which it goes to full displacement [Pa]
+    swivel_time: float  # until it has gone 95 % of a step, first order [s]
 
     def asked(self, outlet: Real, inlet: Real, sensed: Real) -> Real:
         """Share of the displacement that its control asks for, 0 to 1.
@@ -67,15 +60,10 @@ class LoadSensingPump(Pump):
 
 @dataclass(frozen=True, kw_only=True)
 class MeteringValve(DirectionalValve):
-    """A proportional directional valve that tells a load-sensing pump the pressure of the port that it feeds.
+    """A proportional directional valve that tells a load-sensing pump the pressure of the port that it feeds."""
 
-    Args:
-        load_line: node of the sensing line.
-        sensing: Q / sqrt(dp) of the bore from the fed port to that line [m3/s/sqrt(Pa)].
-    """
-
-    load_line: str
-    sensing: float
+    load_line: str  # node of the sensing line
+    sensing: float  # Q / sqrt(dp) of the bore from the fed port to that line [m3/s/sqrt(Pa)]
 
     def edges(self, spool: Real) -> tuple[Edge, ...]:
         """The four edges, and the bores that lead from the fed port to the sensing line."""

@@ -46,18 +46,12 @@ def interpolate(x: Real, knots: Sequence[float], values: Sequence[Real], *, beyo
 
 @dataclass(frozen=True)
 class LossTable:
-    """Efficiencies of pump operation on a grid.
+    """Efficiencies of pump operation on a grid."""
 
-    Args:
-        pressure: pressure rises [Pa], increasing, above 0.
-        speed: pump speeds [rad/s], increasing, above 0.
-        viscosity: kinematic viscosities [m2/s], increasing.
-        volumetric, hydromechanical: efficiencies [1] by viscosity, speed, pressure.
-    """
-
-    pressure: tuple[float, ...]
-    speed: tuple[float, ...]
-    viscosity: tuple[float, ...]
+    pressure: tuple[float, ...]  # pressure rises [Pa], increasing, above 0
+    speed: tuple[float, ...]  # pump speeds [rad/s], increasing, above 0
+    viscosity: tuple[float, ...]  # kinematic viscosities [m2/s], increasing
+    # volumetric, hydromechanical: efficiencies [1] by viscosity, speed, pressure
     volumetric: Grid
     hydromechanical: Grid
 

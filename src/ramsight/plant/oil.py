@@ -160,30 +160,21 @@ def held_share(state: Real) -> Scalar:
 
 @dataclass(frozen=True)
 class Oil:
-    """An oil as the circuit sees it. What is `None` is left out of the equations.
+    """An oil as the circuit sees it. What is `None` is left out of the equations."""
 
-    Args:
-        walther_a, walther_b: constants of the Walther equation [1].
-        density: at 15 degC [kg/m3].
-        bulk_modulus: of the oil itself [Pa].
-        expansion: thermal [1/K]; without it density is constant, as in the paper, and oil that is shut in keeps its
-            volume whatever its temperature does.
-        air: free air at atmospheric pressure over oil [1].
-        polytropic: exponent of that air [1].
-        pressure_viscosity: Barus coefficient, acts on the pumps' leakage [1/Pa].
-        temperatures: lowest and highest that the data hold for [K].
-    """
-
+    # walther_a, walther_b: constants of the Walther equation [1]
     walther_a: float
     walther_b: float
-    density: float
-    bulk_modulus: float
+    density: float  # at 15 degC [kg/m3]
+    bulk_modulus: float  # of the oil itself [Pa]
+    # thermal [1/K]; without it density is constant, as in the paper, and oil that is shut in keeps its volume whatever
+    # its temperature does
     expansion: float | None = None
-    air: float | None = None
-    polytropic: float | None = None
-    pressure_viscosity: float | None = None
+    air: float | None = None  # free air at atmospheric pressure over oil [1]
+    polytropic: float | None = None  # exponent of that air [1]
+    pressure_viscosity: float | None = None  # Barus coefficient, acts on the pumps' leakage [1/Pa]
     name: str = "oil"
-    temperatures: tuple[float, float] = (0.0, math.inf)
+    temperatures: tuple[float, float] = (0.0, math.inf)  # lowest and highest that the data hold for [K]
 
     def viscosity(self, temperature: Real) -> Scalar:
         """Kinematic viscosity [m2/s] at a temperature [K] and atmospheric pressure."""

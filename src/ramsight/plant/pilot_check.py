@@ -23,23 +23,17 @@ class PilotCheckValve:
 
     It opens backwards in proportion, from where the pilot's force over the seat exceeds what presses the cone shut
     until a further 2 bar at the seat.
-
-    Args:
-        inlet, outlet: nodes; oil passes freely from inlet to outlet.
-        pilot: node whose pressure opens it.
-        cracking_pressure: of the free direction, and of the spring [Pa].
-        conductance: Q / sqrt(pressure difference) when open [m3/s/sqrt(Pa)].
-        pilot_ratio: area of the pilot piston over that of the seat [1].
-        closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
     """
 
     name: str
+    # inlet, outlet: nodes; oil passes freely from inlet to outlet
     inlet: str
     outlet: str
-    pilot: str
-    cracking_pressure: float
-    conductance: float
-    pilot_ratio: float
+    pilot: str  # node whose pressure opens it
+    cracking_pressure: float  # of the free direction, and of the spring [Pa]
+    conductance: float  # Q / sqrt(pressure difference) when open [m3/s/sqrt(Pa)]
+    pilot_ratio: float  # area of the pilot piston over that of the seat [1]
+    # past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it
     closed_leak: float | None = None
 
     def opening(self, inlet: Real, outlet: Real, pilot: Real) -> Real:

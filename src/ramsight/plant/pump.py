@@ -76,55 +76,45 @@ def friction_torque(no_load_torque: Real, coefficient: Real, pressure_rise: Real
 
 @dataclass(frozen=True)
 class Pump:
-    """A pump/motor between two nodes, driven by the motor through a belt.
-
-    Args:
-        inlet, outlet: nodes; positive speed moves oil from inlet to outlet.
-        displacement: of all its chambers together [m3/rad].
-        belt: pump speed over motor speed [1].
-        volumetric_efficiency, hydromechanical_efficiency: at the nominal point [1].
-        nominal_speed, nominal_pressure, nominal_viscosity, nominal_density: the nominal point [SI].
-        no_load_torque: of all its blocks together [N m].
-        threshold_speed: for friction [rad/s].
-        leak_factor: leakage over the data sheet's, for wear [1].
-        orifice_leak: further leakage through worn edges, Q / sqrt(pressure rise) [m3/s/sqrt(Pa)]; none without it.
-        table: measured losses; with it the nominal point and the no-load torque are not used.
-        friction_factor: friction torque over that of the law or the table, for wear [1]; none without it.
-        hydrodynamic_drag: torque per squared speed that the oil's inertia takes [N m s2/rad2], beside eq. 7 and the
-            drag (Schlösser's fourth term). None without it.
-        belt_loss: share of the pump's torque that the belt loses [1]; none without it.
-        belt_creep: share of its speed by which the pump falls behind the belt's ratio at the nominal pressure's torque,
-            the belt stretching with what it pulls [1]; none without it.
-        compressed: share of the nominal flow that the nominal efficiency has as the oil's compression [1]; with it oil
-            is drawn with the density of one side and delivered with that of the other. Without it volume is kept.
-        drag: torque per speed that the oil in the gaps takes at the nominal viscosity [N m s/rad], beside eq. 7;
-            it goes with the viscosity (Wilson's law). None without it; a table has it in itself.
-        filling: flow over the root of the absolute pressure of the side that it draws from, at most
-            [m3/s/sqrt(Pa)]; beyond that its chambers do not fill. Without it they always do.
-    """
+    """A pump/motor between two nodes, driven by the motor through a belt."""
 
     name: str
+    # inlet, outlet: nodes; positive speed moves oil from inlet to outlet
     inlet: str
     outlet: str
-    displacement: float
-    belt: float
+    displacement: float  # of all its chambers together [m3/rad]
+    belt: float  # pump speed over motor speed [1]
+    # volumetric_efficiency, hydromechanical_efficiency: at the nominal point [1]
     volumetric_efficiency: float
     hydromechanical_efficiency: float
+    # nominal_speed, nominal_pressure, nominal_viscosity, nominal_density: the nominal point [SI]
     nominal_speed: float
     nominal_pressure: float
     nominal_viscosity: float
     nominal_density: float
-    no_load_torque: float
-    threshold_speed: float
-    leak_factor: float = 1.0
+    no_load_torque: float  # of all its blocks together [N m]
+    threshold_speed: float  # for friction [rad/s]
+    leak_factor: float = 1.0  # leakage over the data sheet's, for wear [1]
+    # further leakage through worn edges, Q / sqrt(pressure rise) [m3/s/sqrt(Pa)]; none without it
     orifice_leak: float | None = None
-    table: LossTable | None = None
+    table: LossTable | None = None  # measured losses; with it the nominal point and the no-load torque are not used
+    # friction torque over that of the law or the table, for wear [1]; none without it
     friction_factor: float | None = None
+    # torque per speed that the oil in the gaps takes at the nominal viscosity [N m s/rad], beside eq. 7; it goes with
+    # the viscosity (Wilson's law). None without it; a table has it in itself.
     drag: float | None = None
+    # share of the nominal flow that the nominal efficiency has as the oil's compression [1]; with it oil is drawn with
+    # the density of one side and delivered with that of the other. Without it volume is kept.
     compressed: float | None = None
+    # torque per squared speed that the oil's inertia takes [N m s2/rad2], beside eq. 7 and the drag (Schlösser's fourth
+    # term). None without it.
     hydrodynamic_drag: float | None = None
-    belt_loss: float | None = None
+    belt_loss: float | None = None  # share of the pump's torque that the belt loses [1]; none without it
+    # share of its speed by which the pump falls behind the belt's ratio at the nominal pressure's torque, the belt
+    # stretching with what it pulls [1]; none without it
     belt_creep: float | None = None
+    # flow over the root of the absolute pressure of the side that it draws from, at most [m3/s/sqrt(Pa)]; beyond that
+    # its chambers do not fill. Without it they always do.
     filling: float | None = None
 
     @property

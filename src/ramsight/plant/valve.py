@@ -50,26 +50,18 @@ def seeping(circuit: Circuit, flow: Real, leak: Real | None, pressure_difference
 
 @dataclass(frozen=True)
 class ReliefValve:
-    """Opens at its setting; the flow then grows linearly with the pressure.
-
-    Args:
-        setting: pressure difference at which it opens [Pa].
-        conductance: flow per pressure above the setting [m3/s/Pa].
-        closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
-        pilot_flow: of its pilot at the setting and beyond [m3/s]; none without it.
-        pilot_opens: share of the setting from which the pilot's flow grows [1].
-        reseats: share of the setting at which it shuts again [1]; at the setting without it.
-    """
+    """Opens at its setting; the flow then grows linearly with the pressure."""
 
     name: str
     inlet: str
     outlet: str
-    setting: float
-    conductance: float
+    setting: float  # pressure difference at which it opens [Pa]
+    conductance: float  # flow per pressure above the setting [m3/s/Pa]
+    # past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it
     closed_leak: float | None = None
-    pilot_flow: float | None = None
-    pilot_opens: float | None = None
-    reseats: float | None = None
+    pilot_flow: float | None = None  # of its pilot at the setting and beyond [m3/s]; none without it
+    pilot_opens: float | None = None  # share of the setting from which the pilot's flow grows [1]
+    reseats: float | None = None  # share of the setting at which it shuts again [1]; at the setting without it
 
     def connect(self, circuit: Circuit) -> None:
         """Add the flow and its throttling loss."""
@@ -101,20 +93,15 @@ class ReliefValve:
 
 @dataclass(frozen=True)
 class CheckValve:
-    """Lets oil pass one way, above a cracking pressure; here as the anti-cavitation valve.
-
-    Args:
-        inlet, outlet: nodes; oil passes from inlet to outlet only.
-        cracking_pressure: pressure difference at which it opens [Pa].
-        conductance: Q / sqrt(pressure difference above cracking) [m3/s/sqrt(Pa)].
-        closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
-    """
+    """Lets oil pass one way, above a cracking pressure; here as the anti-cavitation valve."""
 
     name: str
+    # inlet, outlet: nodes; oil passes from inlet to outlet only
     inlet: str
     outlet: str
-    cracking_pressure: float
-    conductance: float
+    cracking_pressure: float  # pressure difference at which it opens [Pa]
+    conductance: float  # Q / sqrt(pressure difference above cracking) [m3/s/sqrt(Pa)]
+    # past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it
     closed_leak: float | None = None
 
     def connect(self, circuit: Circuit) -> None:
@@ -131,16 +118,12 @@ class CheckValve:
 
 @dataclass(frozen=True)
 class Orifice:
-    """A fixed orifice.
-
-    Args:
-        conductance: Q / sqrt(pressure difference) [m3/s/sqrt(Pa)].
-    """
+    """A fixed orifice."""
 
     name: str
     inlet: str
     outlet: str
-    conductance: float
+    conductance: float  # Q / sqrt(pressure difference) [m3/s/sqrt(Pa)]
 
     @property
     def passage(self) -> tuple[str, ...]:
@@ -157,25 +140,20 @@ class Orifice:
 
 @dataclass(frozen=True)
 class SafetyValve:
-    """A seat valve with free flow towards the cylinder, opened the other way by the motor's speed.
-
-    Args:
-        pump_side, cylinder_side: nodes; pump side to cylinder side is always free.
-        conductance: Q_rated / sqrt(dp_rated) when open [m3/s/sqrt(Pa)].
-        opening_speed: motor speed at which the command opens it [rad/s]; a sign gives the direction. It is fully
-            open at twice this speed.
-        opening_time: until it is 95 % open after a step of the command, first order [s]; at once without it.
-        commanded: false for a valve that is held open all the time.
-        closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
-    """
+    """A seat valve with free flow towards the cylinder, opened the other way by the motor's speed."""
 
     name: str
+    # pump_side, cylinder_side: nodes; pump side to cylinder side is always free
     pump_side: str
     cylinder_side: str
-    conductance: float
+    conductance: float  # Q_rated / sqrt(dp_rated) when open [m3/s/sqrt(Pa)]
+    # motor speed at which the command opens it [rad/s]; a sign gives the direction. It is fully open at twice this
+    # speed.
     opening_speed: float
+    # until it is 95 % open after a step of the command, first order [s]; at once without it
     opening_time: float | None = None
-    commanded: bool = True
+    commanded: bool = True  # false for a valve that is held open all the time
+    # past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it
     closed_leak: float | None = None
 
     @property

@@ -34,23 +34,16 @@ _WIDE = 110  # columns of what follows from a description
 
 @dataclass(frozen=True)
 class Row:
-    """One value as a form shows it.
+    """One value as a form shows it."""
 
-    Attributes:
-        path: dotted, as errors name it.
-        text: as it stands in the description; "" if it is not there.
-        usual: what holds then: the catalogue's or the default; "" if the description has to say it.
-        unit, range: as declared; "" for words.
-        source: where it comes from.
-    """
-
-    path: str
-    text: str
-    usual: str
+    path: str  # dotted, as errors name it
+    text: str  # as it stands in the description; "" if it is not there
+    usual: str  # what holds then: the catalogue's or the default; "" if the description has to say it
     meaning: str
+    # unit, range: as declared; "" for words
     unit: str
     range: str
-    source: str
+    source: str  # where it comes from
 
 
 @dataclass(frozen=True)

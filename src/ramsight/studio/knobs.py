@@ -29,46 +29,32 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Knobs:
-    """What can be turned while the machine runs; the machine's own state is hidden from the sensors.
+    """What can be turned while the machine runs; the machine's own state is hidden from the sensors."""
 
-    Attributes:
-        load: of a unit alone over its largest named one; of a mechanism its payload over the rated one [1].
-        oil_temperature: that the oil is brought to [K]; from then on losses warm it and the air cools it.
-        ambient: temperature of the air [K].
-        leak, displacement, stiffness, friction: factors on the data sheet, as `AsBuilt` has them [1].
-        torque_gain: reported torque over the true one [1].
-        magnets: by which the motor's magnets are warmer than for what the drive knows its torque constant [K].
-        torque_step: in which the torque is reported [N m].
-        report_delay: of speed and torque [s].
-        temperature_offset: by which the thermometer reads too much [K].
-    """
-
-    load: float = 0.5
-    oil_temperature: float = 313.15
-    ambient: float = 293.15
+    load: float = 0.5  # of a unit alone over its largest named one; of a mechanism its payload over the rated one [1]
+    oil_temperature: float = 313.15  # that the oil is brought to [K]; from then on losses warm it and the air cools it
+    ambient: float = 293.15  # temperature of the air [K]
+    # leak, displacement, stiffness, friction: factors on the data sheet, as `AsBuilt` has them [1]
     leak: float = 1.0
     displacement: float = 1.0
     stiffness: float = 1.0
     friction: float = 1.0
-    torque_gain: float = 1.0
+    torque_gain: float = 1.0  # reported torque over the true one [1]
+    # by which the motor's magnets are warmer than for what the drive knows its torque constant [K]
     magnets: float = 0.0
-    torque_step: float = 0.0
-    report_delay: float = 0.0
-    temperature_offset: float = 0.0
+    torque_step: float = 0.0  # in which the torque is reported [N m]
+    report_delay: float = 0.0  # of speed and torque [s]
+    temperature_offset: float = 0.0  # by which the thermometer reads too much [K]
 
 
 @dataclass(frozen=True)
 class Knob:
-    """A slider of the page.
+    """A slider of the page."""
 
-    Attributes:
-        name: as `Knobs` has it.
-        least, most, first, step: its range, the value that it begins with and what a key moves it by, in that unit.
-    """
-
-    name: str
+    name: str  # as `Knobs` has it
     words: str
     unit: str
+    # least, most, first, step: its range, the value that it begins with and what a key moves it by, in that unit
     least: float
     most: float
     first: float

@@ -29,20 +29,14 @@ _STANDARD = {TIME, *(one.column for one in (MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPE
 
 @dataclass(frozen=True)
 class Entry:
-    """What a map says of one quantity; "" where it says nothing.
+    """What a map says of one quantity; "" where it says nothing."""
 
-    Attributes:
-        channel, unit: as in the map.
-        rated: what 100 % is.
-        constant: a temperature that nobody measures.
-        is_reversed: whether its sign is negative.
-    """
-
+    # channel, unit: as in the map
     channel: str = ""
     unit: str = ""
-    rated: str = ""
-    constant: str = ""
-    is_reversed: bool = False
+    rated: str = ""  # what 100 % is
+    constant: str = ""  # a temperature that nobody measures
+    is_reversed: bool = False  # whether its sign is negative
 
 
 def is_standard(channels: set[str]) -> bool:

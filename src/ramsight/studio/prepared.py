@@ -18,18 +18,12 @@ from ramsight.plant.unit import HydraulicUnit
 
 @dataclass(frozen=True)
 class Prepared:
-    """What all pages of a machine share, made once.
-
-    Attributes:
-        linked: its mechanism, if it has one.
-        circuits: the drawing of each unit that runs, as SVG.
-        lines: of each of them, what the page needs to let the oil in its lines move.
-    """
+    """What all pages of a machine share, made once."""
 
     described: Machine
-    linked: LinkedMachine | None
-    circuits: Mapping[str, str]
-    lines: Mapping[str, Any]
+    linked: LinkedMachine | None  # its mechanism, if it has one
+    circuits: Mapping[str, str]  # the drawing of each unit that runs, as SVG
+    lines: Mapping[str, Any]  # of each of them, what the page needs to let the oil in its lines move
 
 
 def prepare(described: Machine) -> Prepared:

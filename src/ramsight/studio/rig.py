@@ -49,24 +49,18 @@ _START = 0.4  # of the stroke, where the pistons are at first
 
 @dataclass(frozen=True)
 class Row:
-    """One sample of one unit; all in SI.
+    """One sample of one unit; all in SI."""
 
-    Attributes:
-        time: [s].
-        position: the true one [m].
-        motor_speed, motor_torque: the true ones [rad/s, N m].
-        pressure_a, pressure_b: of the chambers [Pa].
-        estimates: of each sensor that has reported; empty while the drive is without power.
-        second: what a real position sensor reports beside them; None without one, or without power.
-    """
-
-    time: float
-    position: float
+    time: float  # [s]
+    position: float  # the true one [m]
+    # motor_speed, motor_torque: the true ones [rad/s, N m]
     motor_speed: float
     motor_torque: float
+    # pressure_a, pressure_b: of the chambers [Pa]
     pressure_a: float
     pressure_b: float
-    estimates: Mapping[str, Estimate]
+    estimates: Mapping[str, Estimate]  # of each sensor that has reported; empty while the drive is without power
+    # what a real position sensor reports beside them; None without one, or without power
     second: Compared | None = None
 
 

@@ -19,14 +19,10 @@ LETTERS = dict(zip(LEVELS, "OUNX?–", strict=True))
 
 @dataclass(frozen=True)
 class Said:
-    """A status for the eye.
-
-    Attributes:
-        level: of `LEVELS`; ``unchecked`` and ``no report`` are neutral.
-    """
+    """A status for the eye."""
 
     text: str
-    level: str
+    level: str  # of `LEVELS`; `unchecked` and `no report` are neutral
 
 
 def of_estimate(estimate: Estimate | None) -> Said:

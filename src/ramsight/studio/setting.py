@@ -33,30 +33,19 @@ _NAMES = ("machine", "unit", "play", "faults", "sensors", "duty", "speed", _HOLD
 
 @dataclass(frozen=True)
 class Setting:
-    """What a link says of a machine.
+    """What a link says of a machine."""
 
-    Attributes:
-        machine: its name in the catalogue; None for the one that the studio was opened with.
-        unit: that is shown; None for the first.
-        scenario: that plays; None for none.
-        knobs: what differs from the first values, in SI, by name.
-        duty: that plays; None for none.
-        speed: times faster than life.
-        holds_oil: whether the oil is held at its temperature.
-        tab: of `TABS`, that is open.
-    """
-
-    machine: str | None = None
-    unit: str | None = None
-    scenario: str | None = FIRST
-    knobs: Mapping[str, float] = field(default_factory=dict)
+    machine: str | None = None  # its name in the catalogue; None for the one that the studio was opened with
+    unit: str | None = None  # that is shown; None for the first
+    scenario: str | None = FIRST  # that plays; None for none
+    knobs: Mapping[str, float] = field(default_factory=dict)  # what differs from the first values, in SI, by name
     faults: tuple[str, ...] = ()
     sensors: tuple[str, ...] = SENSORS
-    duty: str | None = None
-    speed: float = 1.0
-    holds_oil: bool = False
+    duty: str | None = None  # that plays; None for none
+    speed: float = 1.0  # times faster than life
+    holds_oil: bool = False  # whether the oil is held at its temperature
     strips: tuple[str, ...] = STRIPS
-    tab: str = TABS[0]
+    tab: str = TABS[0]  # of `TABS`, that is open
 
     @property
     def settings(self) -> dict[str, Any]:

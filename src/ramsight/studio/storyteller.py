@@ -17,16 +17,12 @@ MISSED = f"This machine has not shown the next step within {LONGEST:g} s. The sc
 
 @dataclass(frozen=True)
 class View:
-    """What a scene looks at.
-
-    Attributes:
-        since: the scene began [s].
-    """
+    """What a scene looks at."""
 
     rig: Rig
     unit: str
     row: Row
-    since: float
+    since: float  # the scene began [s]
 
     @property
     def kalman(self) -> Estimate | None:
@@ -62,50 +58,33 @@ def _nothing(rig: Rig, unit: str) -> None:
 
 @dataclass(frozen=True)
 class Scene:
-    """A part of a scenario.
-
-    Attributes:
-        until: whether it is over.
-        act: done to the machine when it begins.
-    """
+    """A part of a scenario."""
 
     words: str
-    until: Callable[[View], bool]
-    act: Callable[[Rig, str], None] = _nothing
+    until: Callable[[View], bool]  # whether it is over
+    act: Callable[[Rig, str], None] = _nothing  # done to the machine when it begins
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """A story of a machine.
-
-    Attributes:
-        closing: words at the end.
-        try_this: what a visitor can do next.
-        pace: times faster than real time.
-    """
+    """A story of a machine."""
 
     title: str
     sentence: str
     scenes: tuple[Scene, ...]
-    closing: str
-    try_this: str
-    pace: float = 3.0
+    closing: str  # words at the end
+    try_this: str  # what a visitor can do next
+    pace: float = 3.0  # times faster than real time
 
 
 @dataclass
 class Telling:
-    """How far a scenario is, as plain values for a page.
+    """How far a scenario is, as plain values for a page."""
 
-    Attributes:
-        name: of the scenario, as a link has it.
-        over: whether it has ended.
-        missed: whether that is because the machine has not shown what was waited for.
-    """
-
-    name: str
+    name: str  # of the scenario, as a link has it
     words: list[str] = field(default_factory=list)
-    over: bool = False
-    missed: bool = False
+    over: bool = False  # whether it has ended
+    missed: bool = False  # whether that is because the machine has not shown what was waited for
 
 
 class Storyteller:

@@ -166,14 +166,11 @@ _FIRST, _STEPS = 8, 20  # machines at first; after that so many times the accura
 
 @dataclass(frozen=True)
 class Wanted:
-    """A study as a visitor asks for it.
-
-    Attributes:
-        duty, sensor: as `Study` takes them.
-    """
+    """A study as a visitor asks for it."""
 
     machine: Machine
     unit: str
+    # duty, sensor: as `Study` takes them
     duty: str
     sensor: str
     machines: int

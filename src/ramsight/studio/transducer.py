@@ -11,15 +11,10 @@ from ramsight.tracking.comparing import TOLERANCE, Comparison, Verdict
 
 @dataclass(frozen=True)
 class Compared:
-    """One sample.
+    """One sample."""
 
-    Attributes:
-        position: that the real sensor reports [m].
-        verdict: of the comparison with `kalman`.
-    """
-
-    position: float
-    verdict: Verdict
+    position: float  # that the real sensor reports [m]
+    verdict: Verdict  # of the comparison with `kalman`
 
 
 class Transducer:

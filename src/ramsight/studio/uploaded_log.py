@@ -64,24 +64,16 @@ _STEP = 0.01  # share of a log, from one word on how far it is to the next
 
 @dataclass(frozen=True)
 class Asked:
-    """A log as a visitor asks about it.
-
-    Attributes:
-        file: the log; what is written stands beside it.
-        truth: file of the true position; None if there is none.
-        start: where the piston is at first, in words; "" if unknown.
-        map_toml: the channel map; "" for a table with the usual columns.
-        hindsight: whether all of the log says where the piston was.
-    """
+    """A log as a visitor asks about it."""
 
     machine: Machine
     unit: str
-    file: str
-    truth: str | None = None
-    start: str = ""
+    file: str  # the log; what is written stands beside it
+    truth: str | None = None  # file of the true position; None if there is none
+    start: str = ""  # where the piston is at first, in words; "" if unknown
     sensor: str = "kalman"
-    map_toml: str = ""
-    hindsight: bool = False
+    map_toml: str = ""  # the channel map; "" for a table with the usual columns
+    hindsight: bool = False  # whether all of the log says where the piston was
 
     @property
     def folder(self) -> Path:

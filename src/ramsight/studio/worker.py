@@ -46,34 +46,25 @@ FASTEST = 50.0  # times faster than life
 
 @dataclass
 class Frame:
-    """What happened since the last one, as plain values that a page can have; NaN is None.
+    """What happened since the last one, as plain values that a page can have; NaN is None."""
 
-    Attributes:
-        columns: by unit and name, in the units that people read; `time` is common.
-        circuit: by unit: pressures of nodes [bar], openings of valves [1] and flows of parts [l/min] now.
-        status: by unit and sensor, the fields of `said.Said`.
-        factor: times faster than life that it really runs.
-        energy: by unit, as `energy.flows`; empty in most frames.
-        known: by unit, as `Known.look` of its kalman sensor; empty in most frames.
-        load: on the unit [N], or what the mechanism carries [kg].
-        oil: temperatures of the oil in the pumps and in the tank [°C], by unit.
-        marks: what has happened at one time, as `marks.Mark`.
-        begun: how often the machine has begun again.
-        telling: how far the scenario is, as `storyteller.Telling`; None if none plays.
-        settings: what knobs, faults, duty cycle, speed-up and sensors are now.
-    """
-
+    # by unit and name, in the units that people read; `time` is common
     columns: dict[str, Any] = field(default_factory=dict)
+    # by unit: pressures of nodes [bar], openings of valves [1] and flows of parts [l/min] now
     circuit: dict[str, dict[str, float]] = field(default_factory=dict)
+    # by unit and sensor, the fields of `said.Said`
     status: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict)
-    factor: float = 0.0
-    energy: dict[str, Any] = field(default_factory=dict)
+    factor: float = 0.0  # times faster than life that it really runs
+    energy: dict[str, Any] = field(default_factory=dict)  # by unit, as `energy.flows`; empty in most frames
+    # by unit, as `Known.look` of its kalman sensor; empty in most frames
     known: dict[str, Any] = field(default_factory=dict)
-    load: float = 0.0
+    load: float = 0.0  # on the unit [N], or what the mechanism carries [kg]
+    # temperatures of the oil in the pumps and in the tank [°C], by unit
     oil: dict[str, list[float]] = field(default_factory=dict)
-    marks: list[Mark] = field(default_factory=list)
-    begun: int = 0
-    telling: dict[str, Any] | None = None
+    marks: list[Mark] = field(default_factory=list)  # what has happened at one time, as `marks.Mark`
+    begun: int = 0  # how often the machine has begun again
+    telling: dict[str, Any] | None = None  # how far the scenario is, as `storyteller.Telling`; None if none plays
+    # what knobs, faults, duty cycle, speed-up and sensors are now
     settings: dict[str, Any] = field(default_factory=dict)
 
 

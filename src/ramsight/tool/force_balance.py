@@ -21,16 +21,11 @@ from ramsight.plant.linkage.dynamics import equations
 
 @dataclass(frozen=True)
 class Balance:
-    """Force that the rods of a unit need, positive extends; each an array of shape (samples,).
+    """Force that the rods of a unit need, positive extends; each an array of shape (samples,)."""
 
-    Attributes:
-        bodies: without payload, at rest [N].
-        payload: per payload, at rest [N/kg].
-        bodies_moving, payload_moving: what acceleration and speed add to them [N], [N/kg].
-    """
-
-    bodies: Array
-    payload: Array
+    bodies: Array  # without payload, at rest [N]
+    payload: Array  # per payload, at rest [N/kg]
+    # bodies_moving, payload_moving: what acceleration and speed add to them [N], [N/kg]
     bodies_moving: Array
     payload_moving: Array
 

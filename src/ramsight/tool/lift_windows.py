@@ -13,17 +13,11 @@ from ramsight.tool.weighing_limits import BRIDGED, MOVING, SETTLES, SLOWS, SMOOT
 
 @dataclass(frozen=True)
 class Window:
-    """Motion one way.
+    """Motion one way."""
 
-    Attributes:
-        rows: samples after it has settled and before it ends; may be empty.
-        upwards: whether it lifts.
-        moving: for how long it moves [s].
-    """
-
-    rows: slice
-    upwards: bool
-    moving: float
+    rows: slice  # samples after it has settled and before it ends; may be empty
+    upwards: bool  # whether it lifts
+    moving: float  # for how long it moves [s]
 
 
 def smoothed(time: Array, values: Array) -> Array:

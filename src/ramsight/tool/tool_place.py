@@ -66,15 +66,11 @@ def tool_point(linkage: Linkage, mechanism: Mechanism, name: str) -> Spot:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a point is; each an array, shape (samples,).
+    """Where a point is; each an array, shape (samples,)."""
 
-    Attributes:
-        value: reach and height in the machine's frame [m], angle of the point's body against the drawing [rad].
-        std: their standard deviations, in the same units.
-    """
-
+    # reach and height in the machine's frame [m], angle of the point's body against the drawing [rad]
     value: Mapping[str, Array]
-    std: Mapping[str, Array]
+    std: Mapping[str, Array]  # their standard deviations, in the same units
 
 
 def place_of(

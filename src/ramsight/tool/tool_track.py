@@ -26,19 +26,12 @@ TOOL = tuple(f"tool_{name}{end}" for name in PLACE for end in ("", "_std"))
 
 @dataclass(frozen=True)
 class ToolPoint:
-    """A point of a machine's mechanism, and what is known of its other units.
+    """A point of a machine's mechanism, and what is known of its other units."""
 
-    Attributes:
-        machine: with its mechanism.
-        point: of one of its bodies.
-        others: the units beside the one that is followed.
-        correlation: of the position errors of any two units [1].
-    """
-
-    machine: LinkedMachine
-    point: Spot
-    others: Others
-    correlation: float = 0.0
+    machine: LinkedMachine  # with its mechanism
+    point: Spot  # of one of its bodies
+    others: Others  # the units beside the one that is followed
+    correlation: float = 0.0  # of the position errors of any two units [1]
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -68,17 +61,11 @@ class ToolPoint:
 
 @dataclass(frozen=True)
 class WithTool:
-    """A follower whose track says where the tool is, too.
+    """A follower whose track says where the tool is, too."""
 
-    Attributes:
-        follower: of the unit.
-        unit: its name.
-        tool: the point.
-    """
-
-    follower: Follower
+    follower: Follower  # of the unit
     unit: str
-    tool: ToolPoint
+    tool: ToolPoint  # the point
 
     @property
     def outputs(self) -> Sequence[str]:

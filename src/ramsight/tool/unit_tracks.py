@@ -17,31 +17,22 @@ from ramsight.tracking.figures import half_band
 
 @dataclass(frozen=True)
 class Rods:
-    """Cylinders of a mechanism over time, in its order; each an array of shape (samples, cylinders).
+    """Cylinders of a mechanism over time, in its order; each an array of shape (samples, cylinders)."""
 
-    Attributes:
-        position, velocity: [m], [m/s]; NaN where unknown.
-        std: standard deviation of the position, from the half width of its band [m].
-    """
-
+    # position, velocity: [m], [m/s]; NaN where unknown
     position: Array
     velocity: Array
-    std: Array
+    std: Array  # standard deviation of the position, from the half width of its band [m]
 
 
 @dataclass(frozen=True)
 class Others:
-    """What is known of the units whose log is not the one that is followed.
+    """What is known of the units whose log is not the one that is followed."""
 
-    Attributes:
-        tracks: of the units that have one, over the same clock.
-        held: positions of those that stand still [m]; a unit with neither may be anywhere.
-        held_std: standard deviation of these [m].
-    """
-
-    tracks: Mapping[str, Samples] = field(default_factory=dict)
+    tracks: Mapping[str, Samples] = field(default_factory=dict)  # of the units that have one, over the same clock
+    # positions of those that stand still [m]; a unit with neither may be anywhere
     held: Mapping[str, float] = field(default_factory=dict)
-    held_std: float = 2e-3
+    held_std: float = 2e-3  # standard deviation of these [m]
 
     def rods(self, machine: LinkedMachine, unit: str, track: Samples) -> Rods:
         """All cylinders at the times of a unit's track."""

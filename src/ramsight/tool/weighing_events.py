@@ -55,27 +55,16 @@ class Quality(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Plain:
-    """A lift by the described machine alone.
+    """A lift by the described machine alone."""
 
-    Attributes:
-        time: middle of its window [s].
-        duration: of steady motion [s].
-        upwards: whether it lifts.
-        mass: [kg]; NaN where there is none.
-        row: change of the mass by each term of the scale.
-        own_std: deviation that is this lift's own: noise, positions, inclination, what no lift repeats [kg].
-        others: positions of the other cylinders [m].
-        quality: whether it is good.
-    """
-
-    time: float
-    duration: float
-    upwards: bool
-    mass: float
-    row: Array
-    own_std: float
-    others: Array
-    quality: Quality
+    time: float  # middle of its window [s]
+    duration: float  # of steady motion [s]
+    upwards: bool  # whether it lifts
+    mass: float  # [kg]; NaN where there is none
+    row: Array  # change of the mass by each term of the scale
+    own_std: float  # deviation that is this lift's own: noise, positions, inclination, what no lift repeats [kg]
+    others: Array  # positions of the other cylinders [m]
+    quality: Quality  # whether it is good
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,19 +103,12 @@ class Weighing:
 
 @dataclass(frozen=True)
 class Scene:
-    """What a log is weighed with.
+    """What a log is weighed with."""
 
-    Attributes:
-        machine: with its mechanism.
-        unit: the unit that lifts.
-        others: the units beside it.
-        inclination: of the machine, its front up [rad].
-    """
-
-    machine: LinkedMachine
-    unit: str
-    others: Others
-    inclination: float = 0.0
+    machine: LinkedMachine  # with its mechanism
+    unit: str  # the unit that lifts
+    others: Others  # the units beside it
+    inclination: float = 0.0  # of the machine, its front up [rad]
 
     @property
     def rated(self) -> float:

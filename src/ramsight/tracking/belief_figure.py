@@ -37,21 +37,16 @@ _AFTER = 0.5  # s after a measurement
 
 @dataclass(frozen=True)
 class Instant:
-    """What the sensor knows at an instant.
+    """What the sensor knows at an instant."""
 
-    Attributes:
-        time: [s].
-        position: that is shown [m]; NaN while it is unknown.
-        low, high: ends of its 95 % band [m].
-        places, stds: of each hypothesis [m].
-    """
-
-    time: float
+    time: float  # [s]
     why: str
-    position: float
+    position: float  # that is shown [m]; NaN while it is unknown
+    # low, high: ends of its 95 % band [m]
     low: float
     high: float
     status: Status
+    # places, stds: of each hypothesis [m]
     places: Array
     stds: Array
     chances: Array

@@ -67,25 +67,15 @@ def stated_std(position: Array, std: Array, low: Array, high: Array, bound: Arra
 
 @dataclass(frozen=True)
 class Channels:
-    """Two sensors over a log.
+    """Two sensors over a log."""
 
-    Args:
-        duration: of each sample [s], shape (samples,).
-        checked: whether the comparison judges the sample; it does not where the virtual sensor has no position.
-        bound: of the virtual sensor [m].
-        std: of it, by `stated_std` [m].
-        other_std: of the other one, of all that it is off by [m].
-        time_to_alert: for which they have to be apart [s].
-        stroke: of the cylinder [m].
-    """
-
-    duration: Array
-    checked: Bools
-    bound: Array
-    std: Array
-    other_std: float
-    time_to_alert: float
-    stroke: float
+    duration: Array  # of each sample [s], shape (samples,)
+    checked: Bools  # whether the comparison judges the sample; it does not where the virtual sensor has no position
+    bound: Array  # of the virtual sensor [m]
+    std: Array  # of it, by `stated_std` [m]
+    other_std: float  # of the other one, of all that it is off by [m]
+    time_to_alert: float  # for which they have to be apart [s]
+    stroke: float  # of the cylinder [m]
 
     @classmethod
     def of(
@@ -175,47 +165,30 @@ def forward_most(values: Array, count: int) -> Array:
 
 @dataclass(frozen=True)
 class Asked:
-    """What two sensors are to achieve together.
+    """What two sensors are to achieve together."""
 
-    Args:
-        coverage: share of errors of size `drift` that is found.
-        rate: of false alerts [1/s].
-        drift: size of an error that stays [m].
-        within: in which it has to be found [s].
-    """
-
-    coverage: float
-    rate: float
-    drift: float
-    within: float
+    coverage: float  # share of errors of size `drift` that is found
+    rate: float  # of false alerts [1/s]
+    drift: float  # size of an error that stays [m]
+    within: float  # in which it has to be found [s]
 
 
 @dataclass(frozen=True)
 class DerivedTolerance:
-    """The smallest tolerance with few enough false alerts, and what it detects.
+    """The smallest tolerance with few enough false alerts, and what it detects."""
 
-    Attributes:
-        asked: what was asked for.
-        tolerance: the smallest multiple of 0.01 mm with which false alerts are rare enough [m]; None if the stroke is
-            too small for that.
-        rate: of false alerts with it [1/s].
-        coverage: share that is found with it.
-        least_drift: smallest error of which it finds as many as asked [m]; None if it does of none up to the stroke.
-        narrow: the largest tolerance that finds as many of the errors as asked [m]; None if there is none.
-        narrow_rate: of false alerts with that [1/s].
-        narrow_coverage: share that is found with the narrowest tolerance of all, 0.
-        checked: share of the time in which there is a comparison.
-    """
-
-    asked: Asked
+    asked: Asked  # what was asked for
+    # the smallest multiple of 0.01 mm with which false alerts are rare enough [m]; None if the stroke is too small for
+    # that
     tolerance: float | None
-    rate: float
-    coverage: float
+    rate: float  # of false alerts with it [1/s]
+    coverage: float  # share that is found with it
+    # smallest error of which it finds as many as asked [m]; None if it does of none up to the stroke
     least_drift: float | None
-    narrow: float | None
-    narrow_rate: float
-    narrow_coverage: float
-    checked: float
+    narrow: float | None  # the largest tolerance that finds as many of the errors as asked [m]; None if there is none
+    narrow_rate: float  # of false alerts with that [1/s]
+    narrow_coverage: float  # share that is found with the narrowest tolerance of all, 0
+    checked: float  # share of the time in which there is a comparison
 
     @property
     def possible(self) -> bool:

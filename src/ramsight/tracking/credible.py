@@ -41,12 +41,9 @@ _NOT_THERE = "is where this piston cannot be"
 
 @dataclass(frozen=True)
 class Stretch:
-    """Samples in a row that are not credible.
+    """Samples in a row that are not credible."""
 
-    Attributes:
-        begins, ends: when [s].
-    """
-
+    # begins, ends: when [s]
     begins: float
     ends: float
     why: str

@@ -20,20 +20,14 @@ _DRIVEN = 0.5  # s; oil that is pressed takes no longer to show a contact
 
 @dataclass(frozen=True)
 class Visit:
-    """One visit that the sensor saw.
+    """One visit that the sensor saw."""
 
-    Attributes:
-        begins, ends: [s].
-        position: in the end [m]; NaN where it is unknown.
-        where: ``retracted``, ``extended`` or ``elsewhere``.
-        way: 1 of a rod that was driven out, -1 of one that was driven in.
-    """
-
+    # begins, ends: [s]
     begins: float
     ends: float
-    position: float
-    where: str
-    way: int
+    position: float  # in the end [m]; NaN where it is unknown
+    where: str  # `retracted`, `extended` or `elsewhere`
+    way: int  # 1 of a rod that was driven out, -1 of one that was driven in
 
 
 def visits(track: Samples, stroke: float) -> list[Visit]:

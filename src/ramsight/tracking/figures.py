@@ -59,15 +59,10 @@ _THIN = 0.6
 
 @dataclass(frozen=True)
 class Look:
-    """How large a figure is, and for whom.
+    """How large a figure is, and for whom."""
 
-    Args:
-        width: [m]; None for that of the screen. The height stays as it is.
-        style: one of `LOOKS`: journal has a serif font of 7 points, thin lines, and no title.
-    """
-
-    width: float | None = None
-    style: str = LOOKS[0]
+    width: float | None = None  # [m]; None for that of the screen. The height stays as it is.
+    style: str = LOOKS[0]  # one of `LOOKS`: journal has a serif font of 7 points, thin lines, and no title
 
     @property
     def is_for_print(self) -> bool:

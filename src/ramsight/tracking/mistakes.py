@@ -67,18 +67,12 @@ PRIORS = {
 
 @dataclass(frozen=True)
 class Mistake:
-    """What is most likely wrong with how a log was read.
+    """What is most likely wrong with how a log was read."""
 
-    Attributes:
-        role: channel that it concerns: speed, torque, or machine.
-        probability: of it, among all that were compared [1].
-        is_of_torque: whether nothing but the torque's scale contradicts the machine.
-    """
-
-    role: str
+    role: str  # channel that it concerns: speed, torque, or machine
     text: str
-    probability: float
-    is_of_torque: bool = False
+    probability: float  # of it, among all that were compared [1]
+    is_of_torque: bool = False  # whether nothing but the torque's scale contradicts the machine
 
 
 class Explanations:

@@ -26,23 +26,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Pieces:
-    """What is left of a log that was tracked piece by piece.
+    """What is left of a log that was tracked piece by piece."""
 
-    Args:
-        summary: a few lines on the track.
-        track: position [m], position_std [m] and status over time, or all that the sensor reports, if it was kept.
-        log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, or all of it, if it was kept.
-        mistake: what is most likely wrong with the log, in a line; empty where it fits the machine.
-        is_contradicted: whether that is sure, so that the track is invalid, and no state of the sensor is kept.
-        has_position: whether any sample has a position.
-    """
-
-    summary: str
+    summary: str  # a few lines on the track
+    # position [m], position_std [m] and status over time, or all that the sensor reports, if it was kept
     track: Signals | None
+    # motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, or all of it, if it was kept
     log: Signals | None
-    mistake: str = ""
+    mistake: str = ""  # what is most likely wrong with the log, in a line; empty where it fits the machine
+    # whether that is sure, so that the track is invalid, and no state of the sensor is kept
     is_contradicted: bool = False
-    has_position: bool = True
+    has_position: bool = True  # whether any sample has a position
     figures: Mapping[str, Any] = field(default_factory=dict)
 
 

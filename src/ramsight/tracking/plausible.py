@@ -37,31 +37,18 @@ _STEPS = 0.99  # share of the changes at rest that are noise; the others are loa
 
 @dataclass(frozen=True)
 class Limits:
-    """What a machine's drive can report.
+    """What a machine's drive can report."""
 
-    Args:
-        max_speed: highest motor speed [rad/s].
-        torque: of the motor at relief pressure on the side that asks for more [N m].
-        oil: lowest and highest temperature for which the oil is described [K].
-        load_sign: 1 if the load asks for positive torque, -1 if for negative, 0 if it only resists.
-        stroke: of the cylinder [m].
-        travel: of the rod per motor angle, without leakage [m/rad].
-        longest: move over the stroke that may be: of a free one, or of one that ends against a stop [1].
-        noise: of the torque, that the description assumes [N m].
-        relief_torque: of the motor at relief pressure [N m], of which `noise` is stated as a share.
-        leaking: motor speed that at relief pressure only makes up for what leaks [rad/s].
-    """
-
-    max_speed: float
-    torque: float
-    oil: tuple[float, float]
-    load_sign: float
-    stroke: float
-    travel: float
-    longest: float
-    noise: float = np.inf
-    relief_torque: float = np.inf
-    leaking: float = 0.0
+    max_speed: float  # highest motor speed [rad/s]
+    torque: float  # of the motor at relief pressure on the side that asks for more [N m]
+    oil: tuple[float, float]  # lowest and highest temperature for which the oil is described [K]
+    load_sign: float  # 1 if the load asks for positive torque, -1 if for negative, 0 if it only resists
+    stroke: float  # of the cylinder [m]
+    travel: float  # of the rod per motor angle, without leakage [m/rad]
+    longest: float  # move over the stroke that may be: of a free one, or of one that ends against a stop [1]
+    noise: float = np.inf  # of the torque, that the description assumes [N m]
+    relief_torque: float = np.inf  # of the motor at relief pressure [N m], of which `noise` is stated as a share
+    leaking: float = 0.0  # motor speed that at relief pressure only makes up for what leaks [rad/s]
 
 
 def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:

@@ -39,19 +39,13 @@ class PositionErrors:
 
 @dataclass(frozen=True)
 class TrackErrors:
-    """Errors of a track, apart from what nobody should use of it.
+    """Errors of a track, apart from what nobody should use of it."""
 
-    Args:
-        usable: of the samples whose position is not said to be invalid; None if there are none with a position.
-        invalid: number of samples with a position that the sensor reports is invalid.
-        invalid_largest: the largest error among those [m]; NaN if there are none.
-        set_back: number of samples that are no later than one before them, at which the truth is not defined.
-    """
-
+    # of the samples whose position is not said to be invalid; None if there are none with a position
     usable: PositionErrors | None
-    invalid: int
-    invalid_largest: float
-    set_back: int
+    invalid: int  # number of samples with a position that the sensor reports is invalid
+    invalid_largest: float  # the largest error among those [m]; NaN if there are none
+    set_back: int  # number of samples that are no later than one before them, at which the truth is not defined
 
 
 def track_errors(

@@ -39,15 +39,10 @@ LEAK_TORQUE = Constant(1.2, "1", "of the torque at relief, that leakage is count
 
 @dataclass(frozen=True)
 class Side:
-    """What pressing one side to its relief valve asks for.
+    """What pressing one side to its relief valve asks for."""
 
-    Attributes:
-        torque: magnitude at the motor [N m].
-        leaking: motor speed that makes up for what leaks there, at 40 degC [rad/s].
-    """
-
-    torque: float
-    leaking: float
+    torque: float  # magnitude at the motor [N m]
+    leaking: float  # motor speed that makes up for what leaks there, at 40 degC [rad/s]
 
 
 def pressing_sides(unit: HydraulicUnit) -> dict[int, Side]:
@@ -78,21 +73,13 @@ def pressing_sides(unit: HydraulicUnit) -> dict[int, Side]:
 
 @dataclass(frozen=True)
 class Press:
-    """A plateau of the torque at the end of a move.
+    """A plateau of the torque at the end of a move."""
 
-    Attributes:
-        way: 1 while the motor turns to extend the rod, -1 to retract it.
-        level: of the torque, over what relief pressure asks for on that side [1].
-        place: of the rod since the log's beginning, by the motor's angle and the described leakage [strokes].
-        leaked: what leakage moved the rod by since the log's beginning, either way [strokes].
-        surplus: motor speed meanwhile, over what leaks at that torque by the description [1].
-    """
-
-    way: int
-    level: float
-    place: float
-    leaked: float
-    surplus: float = math.inf
+    way: int  # 1 while the motor turns to extend the rod, -1 to retract it
+    level: float  # of the torque, over what relief pressure asks for on that side [1]
+    place: float  # of the rod since the log's beginning, by the motor's angle and the described leakage [strokes]
+    leaked: float  # what leakage moved the rod by since the log's beginning, either way [strokes]
+    surplus: float = math.inf  # motor speed meanwhile, over what leaks at that torque by the description [1]
 
 
 @dataclass

@@ -30,20 +30,14 @@ _AGES = (5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 120.0, 180.0, 300.0)  # 
 
 @dataclass(frozen=True)
 class RequirementCheck:
-    """What a track achieves of a requirement.
-
-    Attributes:
-        stated: error that 95 % are within by the sensor's own standard deviations [m]; infinite if there is none.
-        measured: error that 95 % are within by the true position [m]; NaN where that is unknown.
-        ok: share of the counted samples whose status is ok [1].
-        good_for: longest time after a reference for which the error is within the requirement [s]; 0 if there is none.
-    """
+    """What a track achieves of a requirement."""
 
     asked: Requirement
     samples: int
-    stated: float
-    measured: float
-    ok: float
+    stated: float  # error that 95 % are within by the sensor's own standard deviations [m]; infinite if there is none
+    measured: float  # error that 95 % are within by the true position [m]; NaN where that is unknown
+    ok: float  # share of the counted samples whose status is ok [1]
+    # longest time after a reference for which the error is within the requirement [s]; 0 if there is none
     good_for: float
 
     @property

@@ -73,16 +73,11 @@ _TOKEN = re.compile(
 
 
 class Known(NamedTuple):
-    """A unit: ``si = number * factor + offset``.
-
-    Attributes:
-        offset: of a temperature [K]; zero for all others.
-        dimension: base units and their powers, by name.
-    """
+    """A unit: ``si = number * factor + offset``."""
 
     factor: Fraction
-    offset: Fraction
-    dimension: tuple[tuple[str, Fraction], ...]
+    offset: Fraction  # of a temperature [K]; zero for all others
+    dimension: tuple[tuple[str, Fraction], ...]  # base units and their powers, by name
 
 
 def product(text: str) -> Known:

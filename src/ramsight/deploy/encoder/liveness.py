@@ -39,21 +39,13 @@ _DECLARED = 1e-3  # of a step; finer a report is not rounded
 
 @dataclass(frozen=True)
 class Report:
-    """What a whole sample says of itself.
+    """What a whole sample says of itself."""
 
-    Attributes:
-        sent: when its frame was sent [s].
-        speed: [rad/s].
-        torque: [N m].
-        sequence: its number; NaN if it has none.
-        state: the drive's state word; NaN if it has none.
-    """
-
-    sent: float
-    speed: float
-    torque: float
-    sequence: float = math.nan
-    state: float = math.nan
+    sent: float  # when its frame was sent [s]
+    speed: float  # [rad/s]
+    torque: float  # [N m]
+    sequence: float = math.nan  # its number; NaN if it has none
+    state: float = math.nan  # the drive's state word; NaN if it has none
 
 
 class Counted:

@@ -32,28 +32,19 @@ COMMUNICATION, APPLICATION = "communication", "application"
 
 @dataclass(frozen=True)
 class Entry:
-    """One value.
+    """One value."""
 
-    Args:
-        subindex: within its object.
-        name: in the EDS.
-        type: one of `TYPES`.
-        access: ``ro``, ``rw``, ``wo`` or ``const``.
-        default: at first; None where it depends on the machine, ``$NODEID+0x180`` where it does on the node.
-        text: what it means.
-        low, high: the least and largest value that is taken.
-        mappable: whether a PDO may hold it.
-    """
-
-    subindex: int
-    name: str
-    type: str
-    access: str
+    subindex: int  # within its object
+    name: str  # in the EDS
+    type: str  # one of `TYPES`
+    access: str  # `ro`, `rw`, `wo` or `const`
+    # at first; None where it depends on the machine, `$NODEID+0x180` where it does on the node
     default: int | str | None
-    text: str = ""
+    text: str = ""  # what it means
+    # low, high: the least and largest value that is taken
     low: int | None = None
     high: int | None = None
-    mappable: bool = False
+    mappable: bool = False  # whether a PDO may hold it
 
     def default_for(self, node_id: int) -> int | str | None:
         """The default of a node with this id."""
@@ -64,19 +55,12 @@ class Entry:
 
 @dataclass(frozen=True)
 class Object:
-    """An object: one entry of subindex 0, or an array or record of them.
+    """An object: one entry of subindex 0, or an array or record of them."""
 
-    Args:
-        index: its number.
-        name: in the EDS.
-        entries: its values.
-        kind: ``VAR``, ``ARRAY`` or ``RECORD``.
-    """
-
-    index: int
-    name: str
-    entries: tuple[Entry, ...]
-    kind: str = "VAR"
+    index: int  # its number
+    name: str  # in the EDS
+    entries: tuple[Entry, ...]  # its values
+    kind: str = "VAR"  # `VAR`, `ARRAY` or `RECORD`
 
     @property
     def group(self) -> str:

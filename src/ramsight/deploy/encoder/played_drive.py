@@ -20,12 +20,6 @@ _LARGEST = 0x7FFF  # per mille that 6077h holds
 class PlayedDrive:
     """Frames of a drive and of a node with a thermometer.
 
-    Args:
-        log: Dataset over `time` with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K].
-        node: the drive's node-ID: 180h + node has 606Ch [1/min] and 6077h [‰], 700h + node its heartbeat.
-        rated_torque: 6076h [N m].
-        warm_node: the thermometer's: 180h + node has the oil temperature [0.1 °C] as INT16; None without one.
-
     Example:
         >>> from ramsight.logs import read_log
         >>> log = read_log("tests/traces/boom_441kN_40C.csv.gz").isel(time=slice(100, 102))
@@ -36,9 +30,10 @@ class PlayedDrive:
         2.02 185#DC0500009307
     """
 
-    log: Samples
-    node: int
-    rated_torque: float
+    log: Samples  # Dataset over `time` with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K]
+    node: int  # the drive's node-ID: 180h + node has 606Ch [1/min] and 6077h [‰], 700h + node its heartbeat
+    rated_torque: float  # 6076h [N m]
+    # the thermometer's: 180h + node has the oil temperature [0.1 °C] as INT16; None without one
     warm_node: int | None = None
 
     def frames(self) -> Iterator[tuple[float, Frame]]:

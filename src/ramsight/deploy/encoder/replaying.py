@@ -21,17 +21,11 @@ _LONGEST_WAIT = 0.1  # s; so that progress is seen, and a wish to stop noticed
 
 @dataclass(frozen=True)
 class Replayed:
-    """What went out.
+    """What went out."""
 
-    Attributes:
-        frames: that were sent.
-        lost: that the bus did not take.
-        lasted: time of the log that was replayed [s].
-    """
-
-    frames: int
-    lost: int
-    lasted: float
+    frames: int  # that were sent
+    lost: int  # that the bus did not take
+    lasted: float  # time of the log that was replayed [s]
 
 
 def replay(

@@ -15,13 +15,10 @@ from ramsight.plant.linkage import joints as joints_at
 
 @dataclass(frozen=True)
 class Strut:
-    """A cylinder in the side view.
-
-    Args:
-        base, barrel_end, rod: pin of the barrel, end of the barrel, pin of the rod, [x, z] in m.
-    """
+    """A cylinder in the side view."""
 
     name: str
+    # base, barrel_end, rod: pin of the barrel, end of the barrel, pin of the rod, [x, z] in m
     base: Array
     barrel_end: Array
     rod: Array
@@ -29,28 +26,19 @@ class Strut:
 
 @dataclass(frozen=True)
 class Shapes:
-    """A mechanism in one pose; all points are [x, z] in m.
+    """A mechanism in one pose; all points are [x, z] in m."""
 
-    Attributes:
-        bodies: outline of each body, shape (corners, 2), by name: a bucket's shell, of others the hull of their pins;
-            the frame is none of them.
-        links: both pins of each link, shape (2, 2).
-        pivots: pins that bodies turn about.
-        frame: pins on the machine itself.
-        centres: centres of mass, by body.
-        load: where the payload's mass acts, if there is a payload.
-        bucket: that carries the payload and has the tip, if there is one.
-    """
-
+    # outline of each body, shape (corners, 2), by name: a bucket's shell, of others the hull of their pins; the frame
+    # is none of them
     bodies: dict[str, Array]
-    links: tuple[Array, ...]
+    links: tuple[Array, ...]  # both pins of each link, shape (2, 2)
     struts: tuple[Strut, ...]
-    pivots: tuple[Array, ...]
-    frame: tuple[Array, ...]
-    centres: dict[str, Array]
-    load: Array | None
+    pivots: tuple[Array, ...]  # pins that bodies turn about
+    frame: tuple[Array, ...]  # pins on the machine itself
+    centres: dict[str, Array]  # centres of mass, by body
+    load: Array | None  # where the payload's mass acts, if there is a payload
     tip: Array
-    bucket: Bucket | None = None
+    bucket: Bucket | None = None  # that carries the payload and has the tip, if there is one
 
 
 def shapes(mechanism: Mechanism, positions: ArrayLike) -> Shapes:

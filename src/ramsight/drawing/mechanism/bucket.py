@@ -19,15 +19,10 @@ _STEPS = 9  # corners of each curve
 
 @dataclass(frozen=True)
 class Bucket:
-    """A bucket in one pose; points are [x, z] in m.
+    """A bucket in one pose; points are [x, z] in m."""
 
-    Attributes:
-        outline: of cheek, floor, back and tooth, closed, shape (corners, 2).
-        inside: from the lip along floor and back to the top edge, shape (corners, 2).
-    """
-
-    outline: Array
-    inside: Array
+    outline: Array  # of cheek, floor, back and tooth, closed, shape (corners, 2)
+    inside: Array  # from the lip along floor and back to the top edge, shape (corners, 2)
 
     @property
     def struck(self) -> float:

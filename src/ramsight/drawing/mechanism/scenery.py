@@ -30,17 +30,11 @@ _TRUCK_WHEEL, _TRUCK_AXLES, _TRUCK_HIGH = 0.13, (-0.3, -1.0), 2.1  # the last in
 
 @dataclass(frozen=True)
 class Scenery:
-    """Shapes that do not move; all points are [x, z] in m, the ground is z = 0.
+    """Shapes that do not move; all points are [x, z] in m, the ground is z = 0."""
 
-    Attributes:
-        chassis: corners, shape (n, 2).
-        wheels: centres, shape (2, 2).
-        radius: of the wheels [m].
-    """
-
-    chassis: Array
-    wheels: Array
-    radius: float
+    chassis: Array  # corners, shape (n, 2)
+    wheels: Array  # centres, shape (2, 2)
+    radius: float  # of the wheels [m]
 
     @property
     def outline(self) -> Array:

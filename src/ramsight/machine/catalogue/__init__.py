@@ -31,19 +31,14 @@ _FOLDERS = ("circuits", "instruments", "machines", "oils", "pumps", "valves")
 
 @dataclass(frozen=True)
 class Entry:
-    """One thing in the catalogue.
+    """One thing in the catalogue."""
 
-    Attributes:
-        kind: ``machine``, ``circuit``, ``oil``, ``pump``, ``relief valve``, ``anticavitation valve``,
-            ``safety valve``; of what is around a bench ``motor``, ``motor controller``, ``battery``,
-            ``pressure sensor``, ``temperature sensor``, ``position sensor``.
-        source: where its values come from, unless they say so themselves.
-    """
-
+    # `machine`, `circuit`, `oil`, `pump`, `relief valve`, `anticavitation valve`, `safety valve`; of what is around a
+    # bench `motor`, `motor controller`, `battery`, `pressure sensor`, `temperature sensor`, `position sensor`
     kind: str
     name: str
     description: str
-    source: str
+    source: str  # where its values come from, unless they say so themselves
     path: Path
 
     @property

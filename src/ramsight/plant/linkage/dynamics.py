@@ -21,34 +21,24 @@ from ramsight.plant.linkage.planar import Pose
 
 @dataclass(frozen=True)
 class Equations:
-    """A mechanism in motion, as expressions.
+    """A mechanism in motion, as expressions."""
 
-    Attributes:
-        positions, velocities: of the cylinders, columns [m], [m/s].
-        jacobian: of the positions by the coordinates, (cylinders, joints).
-        mass_matrix: M, (joints, joints).
-        weight: G, potential energy's derivative by the coordinates, column.
-        bias: c, column.
-        tip_x, tip_z: the tip [m].
-        tip_jacobian: of these by the coordinates, (2, joints).
-        kinetic, potential: energies [J]; potential energy is 0 at z = 0 of the drawing.
-        payload_energy: kinetic and potential energy per payload [J/kg].
-        angles: by which the bodies are turned, by name [rad].
-    """
-
+    # positions, velocities: of the cylinders, columns [m], [m/s]
     positions: Vector
     velocities: Vector
-    jacobian: Matrix
-    mass_matrix: Matrix
-    weight: Vector
-    bias: Vector
+    jacobian: Matrix  # of the positions by the coordinates, (cylinders, joints)
+    mass_matrix: Matrix  # M, (joints, joints)
+    weight: Vector  # G, potential energy's derivative by the coordinates, column
+    bias: Vector  # c, column
+    # tip_x, tip_z: the tip [m]
     tip_x: Real
     tip_z: Real
-    tip_jacobian: Matrix
+    tip_jacobian: Matrix  # of these by the coordinates, (2, joints)
+    # kinetic, potential: energies [J]; potential energy is 0 at z = 0 of the drawing
     kinetic: Scalar
     potential: Real
-    payload_energy: Real
-    angles: dict[str, Real]
+    payload_energy: Real  # kinetic and potential energy per payload [J/kg]
+    angles: dict[str, Real]  # by which the bodies are turned, by name [rad]
 
     def accelerations(self, forces: Vector, tip_force: Vector) -> Vector:
         """Second derivatives of the coordinates.

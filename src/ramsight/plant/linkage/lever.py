@@ -18,18 +18,12 @@ class Lever:
     """A body that a cylinder turns about a pin; the cylinder's other end is pinned to what the body hangs on.
 
     Position and angle belong to each other by the law of cosines, (l0 + x)^2 = a^2 + b^2 - 2 a b cos(drawn - angle).
-
-    Args:
-        arm: a, from the body's pin to the cylinder's pin on the body [m].
-        base: b, from the body's pin to the cylinder's other pin [m].
-        drawn: angle from the one to the other in the drawing, in which the body's angle is 0 [rad].
-        retracted_length: l0, of the cylinder from pin to pin [m].
     """
 
-    arm: float
-    base: float
-    drawn: float
-    retracted_length: float
+    arm: float  # a, from the body's pin to the cylinder's pin on the body [m]
+    base: float  # b, from the body's pin to the cylinder's other pin [m]
+    drawn: float  # angle from the one to the other in the drawing, in which the body's angle is 0 [rad]
+    retracted_length: float  # l0, of the cylinder from pin to pin [m]
 
     def position(self, angle: Any) -> Any:  # a number, an array or an expression
         """Of the piston [m], at an angle of the body [rad]; numbers, arrays and CasADi symbols alike."""

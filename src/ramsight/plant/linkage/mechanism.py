@@ -20,24 +20,15 @@ N = TypeVar("N", bound=Body | Following | Strut | Spot)
 
 @dataclass(frozen=True)
 class Mechanism:
-    """Bodies on joints, and the cylinders that move them.
+    """Bodies on joints, and the cylinders that move them."""
 
-    Args:
-        bodies: each after those that it hangs on.
-        followings: joints that follow others.
-        tip: point of the tool.
-        load: point where the payload's mass acts; none without one.
-        gravity: [m/s2].
-        rated_payload: [kg].
-    """
-
-    bodies: tuple[Body, ...]
-    followings: tuple[Following, ...]
+    bodies: tuple[Body, ...]  # each after those that it hangs on
+    followings: tuple[Following, ...]  # joints that follow others
     struts: tuple[Strut, ...]
-    tip: Spot
-    load: Spot | None
-    gravity: float
-    rated_payload: float
+    tip: Spot  # point of the tool
+    load: Spot | None  # point where the payload's mass acts; none without one
+    gravity: float  # [m/s2]
+    rated_payload: float  # [kg]
 
     @property
     def name(self) -> str:

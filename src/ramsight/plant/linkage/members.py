@@ -12,20 +12,13 @@ from ramsight.plant.linkage.planar import side_of
 
 @dataclass(frozen=True)
 class Body:
-    """A body on its joint; points are those of the drawing [m].
-
-    Args:
-        parent: the body that it is joined to.
-        joint: its coordinate's place among the free joints; none if a link or another joint moves it.
-        mass: [kg].
-        inertia: about the centre of mass [kg m2].
-    """
+    """A body on its joint; points are those of the drawing [m]."""
 
     name: str
-    parent: str
-    joint: int | None
-    mass: float
-    inertia: float
+    parent: str  # the body that it is joined to
+    joint: int | None  # its coordinate's place among the free joints; none if a link or another joint moves it
+    mass: float  # [kg]
+    inertia: float  # about the centre of mass [kg m2]
     centre_x: float
     centre_z: float
 
@@ -60,42 +53,29 @@ class Sliding(Body):
 
 @dataclass(frozen=True)
 class Following:
-    """A joint that moves in proportion to another.
+    """A joint that moves in proportion to another."""
 
-    Args:
-        name: of the body on the joint.
-        leader: body whose joint is followed.
-        ratio: this joint's motion over the other's [1].
-    """
-
-    name: str
-    leader: str
-    ratio: float
+    name: str  # of the body on the joint
+    leader: str  # body whose joint is followed
+    ratio: float  # this joint's motion over the other's [1]
 
 
 @dataclass(frozen=True)
 class Strut:
-    """The cylinders of a unit between two pins, in the drawing [m].
-
-    Args:
-        base, rod: bodies that they are pinned to.
-        retracted_length: from pin to pin at position 0 [m].
-        joint: body on the joint that the cylinders move.
-        near: end on that body, "base" or "rod".
-        side: of the triangle that pin, pin and pivot make, as drawn; of a sliding joint, whether it goes away.
-    """
+    """The cylinders of a unit between two pins, in the drawing [m]."""
 
     name: str
+    # base, rod: bodies that they are pinned to
     base: str
     rod: str
     base_x: float
     base_z: float
     rod_x: float
     rod_z: float
-    retracted_length: float
-    joint: str
-    near: str
-    side: float
+    retracted_length: float  # from pin to pin at position 0 [m]
+    joint: str  # body on the joint that the cylinders move
+    near: str  # end on that body, "base" or "rod"
+    side: float  # of the triangle that pin, pin and pivot make, as drawn; of a sliding joint, whether it goes away
 
     @property
     def pins(self) -> tuple[tuple[float, float], tuple[float, float], str]:

@@ -21,21 +21,17 @@ _TOLERANCES = (1e-11, 1e-8)  # of a joint's coordinate and rate [rad or m, per s
 
 @dataclass(frozen=True)
 class Moving:
-    """The states and symbols of a mechanism, before anything moves it.
-
-    Attributes:
-        states: coordinates and rates.
-        q, rates: their symbols, columns.
-        works, work_rates: symbols of what works on it beside the cylinders, and of their slopes; columns.
-        outputs: joint coordinates are states; these are angles of the bodies as cosine and sine, tip and energies.
-    """
+    """The states and symbols of a mechanism, before anything moves it."""
 
     equations: Equations
-    states: tuple[State, ...]
+    states: tuple[State, ...]  # coordinates and rates
+    # q, rates: their symbols, columns
     q: Vector
     rates: Vector
+    # works, work_rates: symbols of what works on it beside the cylinders, and of their slopes; columns
     works: Vector
     work_rates: Vector
+    # joint coordinates are states; these are angles of the bodies as cosine and sine, tip and energies
     outputs: tuple[Output, ...]
 
     @property

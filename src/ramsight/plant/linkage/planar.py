@@ -11,18 +11,15 @@ from ramsight.expression import Real
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a body is: it maps points of the drawing to where they are now.
+    """Where a body is: it maps points of the drawing to where they are now."""
 
-    Args:
-        from_x, from_z: a point of the body in the drawing [m].
-        x, z: where that point is now [m].
-        cosine, sine: of the angle by which the body is turned, from x towards z.
-    """
-
+    # from_x, from_z: a point of the body in the drawing [m]
     from_x: Real = 0.0
     from_z: Real = 0.0
+    # x, z: where that point is now [m]
     x: Real = 0.0
     z: Real = 0.0
+    # cosine, sine: of the angle by which the body is turned, from x towards z
     cosine: Real = 1.0
     sine: Real = 0.0
 

@@ -41,19 +41,13 @@ class Measured:
 
 @dataclass(frozen=True)
 class Kept:
-    """What is kept of a commissioning.
-
-    Attributes:
-        made: when, as ISO 8601.
-        description: TOML of the machine by which the next one is judged.
-        values: over those of that description, by name.
-    """
+    """What is kept of a commissioning."""
 
     machine: str
     unit: str
-    made: str
-    description: str
-    values: Mapping[str, Measured]
+    made: str  # when, as ISO 8601
+    description: str  # TOML of the machine by which the next one is judged
+    values: Mapping[str, Measured]  # over those of that description, by name
 
     def write(self, path: Path) -> None:
         """Write it as JSON.

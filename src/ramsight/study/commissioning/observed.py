@@ -36,15 +36,10 @@ _AT_RELIEF = 0.9  # of the torque at relief, beyond which oil goes over the valv
 
 @dataclass(frozen=True)
 class Observation:
-    """One thing that a log says.
+    """One thing that a log says."""
 
-    Attributes:
-        value: natural logarithm of it, in SI.
-        std: of that logarithm, from the log alone.
-    """
-
-    value: float
-    std: float
+    value: float  # natural logarithm of it, in SI
+    std: float  # of that logarithm, from the log alone
 
 
 def predicted(unit: HydraulicUnit) -> dict[str, float]:

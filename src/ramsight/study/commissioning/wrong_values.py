@@ -40,28 +40,18 @@ _COARSE = np.linspace(-_FARTHEST, _FARTHEST, 7)
 
 @dataclass(frozen=True)
 class WrongValue:
-    """A value of a description that is likely wrong.
+    """A value of a description that is likely wrong."""
 
-    Attributes:
-        path: of the value, below its unit.
-        described: the value as it stands [SI].
-        fits: the value that fits [SI].
-        low, high: its 95 % interval [SI].
-        probability: of this explanation, among all that were compared [1].
-        declared: how the value is declared.
-        misfit: by how many standard deviations the observations are off with the value that fits [1].
-        others: paths of explanations that are less likely, and not much so.
-    """
-
-    path: str
-    described: float
-    fits: float
+    path: str  # of the value, below its unit
+    described: float  # the value as it stands [SI]
+    fits: float  # the value that fits [SI]
+    # low, high: its 95 % interval [SI]
     low: float
     high: float
-    probability: float
-    declared: Quantity
-    misfit: float = 0.0
-    others: tuple[str, ...] = ()
+    probability: float  # of this explanation, among all that were compared [1]
+    declared: Quantity  # how the value is declared
+    misfit: float = 0.0  # by how many standard deviations the observations are off with the value that fits [1]
+    others: tuple[str, ...] = ()  # paths of explanations that are less likely, and not much so
 
     @property
     def text(self) -> str:
@@ -73,17 +63,11 @@ class WrongValue:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A description against what a log says.
+    """A description against what a log says."""
 
-    Attributes:
-        off: by how much each observation is off what is described, relative [1].
-        wrong: the likeliest wrong value; None where the description as it stands is likely enough.
-        probability: of the description as it stands [1].
-    """
-
-    off: dict[str, float]
-    wrong: WrongValue | None
-    probability: float
+    off: dict[str, float]  # by how much each observation is off what is described, relative [1]
+    wrong: WrongValue | None  # the likeliest wrong value; None where the description as it stands is likely enough
+    probability: float  # of the description as it stands [1]
 
 
 def judge(name: str, described: Unit, unit: HydraulicUnit, seen: Mapping[str, Observation]) -> Judgement:

@@ -27,19 +27,12 @@ _MAGNETS = 600.0  # s; time constant of a servomotor's magnets, some ten minutes
 
 @dataclass(frozen=True)
 class Drawn:
-    """One machine.
+    """One machine."""
 
-    Args:
-        unit: its parts, as they are.
-        values: what was drawn, by name [SI].
-        relief_torque: of the motor at relief pressure, as described [N m].
-        usual: how its drive would report if nothing of it were drawn.
-    """
-
-    unit: HydraulicUnit
-    values: Mapping[str, float]
-    relief_torque: float
-    usual: DriveReport
+    unit: HydraulicUnit  # its parts, as they are
+    values: Mapping[str, float]  # what was drawn, by name [SI]
+    relief_torque: float  # of the motor at relief pressure, as described [N m]
+    usual: DriveReport  # how its drive would report if nothing of it were drawn
 
     def reported(
         self, time: Array, speed: Array, torque: Array, temperature: Array, seed: int

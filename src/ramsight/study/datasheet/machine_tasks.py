@@ -40,17 +40,12 @@ BESIDE = 32  # machines that are simulated side by side, a task: fewer leave lan
 
 @dataclass(frozen=True)
 class Bench:
-    """What all machines of a study have in common; made once a process.
+    """What all machines of a study have in common; made once a process."""
 
-    Args:
-        toml: the description, as text.
-        sensor: kind of the sensor, or its file.
-    """
-
-    toml: str
+    toml: str  # the description, as text
     unit: str
     work: Work
-    sensor: str = "kalman"
+    sensor: str = "kalman"  # kind of the sensor, or its file
 
     _made: dict[str, Any] = field(default_factory=dict, repr=False, compare=False, hash=False)
 
@@ -111,21 +106,14 @@ def bench_of(toml: str, unit: str, work: Work, sensor: str) -> Bench:
 
 @dataclass(frozen=True)
 class Order:
-    """Machines that are asked for.
+    """Machines that are asked for."""
 
-    Args:
-        numbers: of the machines; noise and, by default, duties follow from them.
-        values: shape (machines, quantities) [SI].
-        seed: of the study; with a number it decides a machine's duty and noise.
-        common: number of the machine whose duty and noise all have; None if each has its own.
-        moments: times at which the signed error is kept [s], shape (moments,).
-    """
-
-    numbers: Sequence[int]
+    numbers: Sequence[int]  # of the machines; noise and, by default, duties follow from them
     names: Sequence[str]
-    values: Array
-    seed: int = 0
-    common: int | None = None
+    values: Array  # shape (machines, quantities) [SI]
+    seed: int = 0  # of the study; with a number it decides a machine's duty and noise
+    common: int | None = None  # number of the machine whose duty and noise all have; None if each has its own
+    # times at which the signed error is kept [s], shape (moments,)
     moments: Array = field(default_factory=lambda: np.zeros(0))
 
     def seed_of(self, number: int) -> int:

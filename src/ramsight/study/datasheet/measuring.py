@@ -62,23 +62,16 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Track:
-    """A track beside the truth.
+    """A track beside the truth."""
 
-    Args:
-        time: [s], shape (samples,).
-        position, std: of the sensor [m].
-        true: position [m].
-        stroke: of the cylinder as it is [m].
-        bound: of the sensor's error [m]; None of one that states none.
-    """
-
-    time: Array
+    time: Array  # [s], shape (samples,)
+    # position, std: of the sensor [m]
     position: Array
     std: Array
     status: NDArray[np.int64]
-    true: Array
-    stroke: float
-    bound: Array | None = None
+    true: Array  # position [m]
+    stroke: float  # of the cylinder as it is [m]
+    bound: Array | None = None  # of the sensor's error [m]; None of one that states none
 
     @property
     def visits(self) -> Array:

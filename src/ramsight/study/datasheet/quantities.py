@@ -59,19 +59,13 @@ COVERS = {
 
 @dataclass(frozen=True)
 class Varied:
-    """One quantity that varies from machine to machine.
+    """One quantity that varies from machine to machine."""
 
-    Args:
-        name: of a kind (`ramsight.machine.tolerances`), or the path of a value below its unit.
-        spread: how, in SI.
-        source: where the tolerance comes from; begins with `DEFAULT` where nobody has said it.
-    """
-
-    name: str
+    name: str  # of a kind (`ramsight.machine.tolerances`), or the path of a value below its unit
     unit: str
     text: str
-    spread: Spread
-    source: str
+    spread: Spread  # how, in SI
+    source: str  # where the tolerance comes from; begins with `DEFAULT` where nobody has said it
 
     @property
     def is_default(self) -> bool:

@@ -309,15 +309,11 @@ def _figure(drawn: Mapping[str, tuple[Figure, str]], name: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Published:
-    """What a maker says of a sensor; text, because each says it in his own way.
-
-    Args:
-        source: where it is said.
-    """
+    """What a maker says of a sensor; text, because each says it in his own way."""
 
     name: str
     figures: dict[str, str]
-    source: str
+    source: str  # where it is said
 
 
 PUBLISHED = (

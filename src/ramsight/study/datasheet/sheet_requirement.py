@@ -17,18 +17,12 @@ from ramsight.study.datasheet.study_plan import Plan
 
 @dataclass(frozen=True)
 class SheetRequirement:
-    """What a data sheet achieves of a requirement.
-
-    Attributes:
-        error: that 95 % of all machines' errors are within, after most references [m]; NaN if nothing is known.
-        ok: share of the time in which the status is ok [1].
-        mending: what would make the error smaller, the most first.
-    """
+    """What a data sheet achieves of a requirement."""
 
     asked: Requirement
-    error: float
-    ok: float
-    mending: tuple[str, ...] = ()
+    error: float  # that 95 % of all machines' errors are within, after most references [m]; NaN if nothing is known
+    ok: float  # share of the time in which the status is ok [1]
+    mending: tuple[str, ...] = ()  # what would make the error smaller, the most first
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -76,14 +70,10 @@ _WORTH = 0.1  # share of the error's variance, below which a measure is not name
 
 @dataclass(frozen=True)
 class Measure:
-    """Something that can be done about an error.
-
-    Args:
-        tolerances: that are left by it, as text.
-    """
+    """Something that can be done about an error."""
 
     name: str
-    tolerances: Mapping[str, str]
+    tolerances: Mapping[str, str]  # that are left by it, as text
 
 
 MEASURES = (

@@ -33,17 +33,12 @@ class StoreError(RamsightError):
 
 @dataclass(frozen=True)
 class Layout:
-    """What a store is laid out for.
+    """What a store is laid out for."""
 
-    Args:
-        study: what makes the study what it is; a store of another one is rejected.
-        moments: times at which signed errors are kept [s].
-    """
-
-    study: Mapping[str, Any]
+    study: Mapping[str, Any]  # what makes the study what it is; a store of another one is rejected
     names: Sequence[str]
     units: Sequence[str]
-    moments: Array
+    moments: Array  # times at which signed errors are kept [s]
     task: int
 
     @property

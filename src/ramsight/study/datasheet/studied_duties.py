@@ -24,19 +24,14 @@ _CYCLES = 2  # of lift-lower, under each load
 
 @dataclass(frozen=True)
 class Work:
-    """What every machine does.
+    """What every machine does."""
 
-    Args:
-        kind: ``work-day`` (moves and loads at random, others for each machine), ``loader-boom`` and ``loader-bucket``
-            (a wheel loader's work, other for each machine), ``lift-lower`` (the paper's cycle,
-            after visits to the end stops), ``commissioning``, or the file of a table of speeds and loads.
-        duration: after which a work day begins no further move [s].
-        visit_every: of a work day, time from one visit to an end stop to the next [s].
-    """
-
+    # `work-day` (moves and loads at random, others for each machine), `loader-boom` and `loader-bucket` (a wheel
+    # loader's work, other for each machine), `lift-lower` (the paper's cycle, after visits to the end stops),
+    # `commissioning`, or the file of a table of speeds and loads
     kind: str = "work-day"
-    duration: float = 360.0
-    visit_every: float = 45.0
+    duration: float = 360.0  # after which a work day begins no further move [s]
+    visit_every: float = 45.0  # of a work day, time from one visit to an end stop to the next [s]
 
     @property
     def has_own_oil(self) -> bool:

@@ -26,31 +26,20 @@ TASK = 32
 
 @dataclass(frozen=True)
 class Plan:
-    """A study.
+    """A study."""
 
-    Args:
-        toml: the description as text, as far as it matters for the unit.
-        sensor: kind of the sensor, or its file.
-        correlations: of pairs of them, by two names with a hyphen between.
-        seed: decides everything.
-        count: machines; of a Latin hypercube it belongs to the design.
-        common: number of the machine whose duty and noise all have; None if each has its own.
-        moments: times at which signed errors are kept [s].
-        saltelli: base points of the design for Sobol's indices, which then is the design; 0 for none.
-    """
-
-    toml: str
+    toml: str  # the description as text, as far as it matters for the unit
     unit: str
     work: Work
-    sensor: str
+    sensor: str  # kind of the sensor, or its file
     quantities: tuple[Varied, ...]
-    correlations: tuple[tuple[str, float], ...] = ()
-    seed: int = 0
+    correlations: tuple[tuple[str, float], ...] = ()  # of pairs of them, by two names with a hyphen between
+    seed: int = 0  # decides everything
     method: str = "sobol"
-    count: int = 1000
-    common: int | None = None
-    moments: tuple[float, ...] = ()
-    saltelli: int = 0
+    count: int = 1000  # machines; of a Latin hypercube it belongs to the design
+    common: int | None = None  # number of the machine whose duty and noise all have; None if each has its own
+    moments: tuple[float, ...] = ()  # times at which signed errors are kept [s]
+    saltelli: int = 0  # base points of the design for Sobol's indices, which then is the design; 0 for none
 
     @property
     def bench(self) -> Bench:

@@ -19,21 +19,14 @@ _POWER_UP = 5.0  # s after the first stop, up to which a sensor that was started
 
 @dataclass(frozen=True)
 class Run:
-    """One machine's duty done: truth, and what its drive reported.
-
-    Args:
-        time: [s], shape (samples,).
-        true: position [m].
-        inputs: of the sensor, shape (samples, inputs).
-        start: the sensor's start position [m].
-        true_signals: motor speed [rad/s], motor torque [N m] and oil temperature [K] as they are.
-    """
+    """One machine's duty done: truth, and what its drive reported."""
 
     drawn: Drawn
-    time: Array
-    true: Array
-    inputs: Array
-    start: float
+    time: Array  # [s], shape (samples,)
+    true: Array  # position [m]
+    inputs: Array  # of the sensor, shape (samples, inputs)
+    start: float  # the sensor's start position [m]
+    # motor speed [rad/s], motor torque [N m] and oil temperature [K] as they are
     true_signals: tuple[Array, Array, Array]
 
     @property
