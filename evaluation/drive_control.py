@@ -60,17 +60,11 @@ _TRIFLE = 1e-6  # s
 
 @dataclass(frozen=True)
 class Drive:
-    """A drive of the study.
+    """A drive of the study."""
 
-    Args:
-        response: how it follows its commands.
-        period: of its samples [s].
-        limited: whether it is a servo whose torque reaches for the load and little more.
-    """
-
-    response: DriveResponse = IDEAL
-    period: float = 0.02
-    limited: bool = False
+    response: DriveResponse = IDEAL  # how it follows its commands
+    period: float = 0.02  # of its samples [s]
+    limited: bool = False  # whether it is a servo whose torque reaches for the load and little more
 
     def of(self, unit: HydraulicUnit) -> HydraulicUnit:
         """The unit with it."""
@@ -277,22 +271,16 @@ FAULTS = (*REPORTS, *MOTORS, SILENT)
 
 @dataclass(frozen=True)
 class Stop:
-    """What became of a fault, from the fault on [s]; None is what never came.
+    """What became of a fault, from the fault on [s]; None is what never came."""
 
-    Attributes:
-        noticed: until the control stops.
-        told: until its command is at standstill.
-        stood: until the motor is, or `told` where a motor turns whatever it is told.
-        ramp: what a motor needs by its declared acceleration to stand from the speed that it had when the control
-            stopped, beyond the time in which the command comes to rest.
-        wrong: from when on the motor's speed, or its report, was off by more than the declared deviation, until the
-            control stopped: before, nothing is wrong but by name.
-    """
-
-    noticed: float | None = None
-    told: float | None = None
-    stood: float | None = None
+    noticed: float | None = None  # until the control stops
+    told: float | None = None  # until its command is at standstill
+    stood: float | None = None  # until the motor is, or `told` where a motor turns whatever it is told
+    # what a motor needs by its declared acceleration to stand from the speed that it had when the control stopped,
+    # beyond the time in which the command comes to rest
     ramp: float = 0.0
+    # from when on the motor's speed, or its report, was off by more than the declared deviation, until the control
+    # stopped: before, nothing is wrong but by name
     wrong: float | None = None
 
     @property

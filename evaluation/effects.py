@@ -33,23 +33,14 @@ Changes = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Effect:
-    """One row of the table.
+    """One row of the table."""
 
-    Attributes:
-        name: what happens.
-        option: the key of the description, or what stands for it, and its value.
-        source: where that value comes from.
-        moves: what was done.
-        measure: what it moves, in `unit`.
-        unit: of what was measured.
-    """
-
-    name: str
-    option: str
-    source: str
-    moves: str
-    measure: Callable[[], float]
-    unit: str = "mm"
+    name: str  # what happens
+    option: str  # the key of the description, or what stands for it, and its value
+    source: str  # where that value comes from
+    moves: str  # what was done
+    measure: Callable[[], float]  # what it moves, in `unit`
+    unit: str = "mm"  # of what was measured
 
 
 def boom(changes: Changes | None = None) -> DdhUnit:

@@ -39,21 +39,13 @@ _STARTS = 1.0  # rad/s, of a motor that turns
 
 @dataclass
 class Found:
-    """Contacts of some hours.
+    """Contacts of some hours."""
 
-    Attributes:
-        hours: of work.
-        false: measurements where no end is that the likeliest hypothesis accepted.
-        refused: those that it did not accept.
-        pressed: visits to ends that were pressed to the setting.
-        delays: of those that were found, after the setting was reached [s].
-    """
-
-    hours: float = 0.0
-    false: int = 0
-    refused: int = 0
-    pressed: int = 0
-    delays: list[float] = field(default_factory=list)
+    hours: float = 0.0  # of work
+    false: int = 0  # measurements where no end is that the likeliest hypothesis accepted
+    refused: int = 0  # those that it did not accept
+    pressed: int = 0  # visits to ends that were pressed to the setting
+    delays: list[float] = field(default_factory=list)  # of those that were found, after the setting was reached [s]
 
     def figures(self) -> dict[str, float]:
         """What they come to; of ends nothing, where none was pressed."""

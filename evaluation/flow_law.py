@@ -54,19 +54,12 @@ def columns(speed: ArrayLike, pressure_rise: ArrayLike, viscosity: ArrayLike) ->
 
 @dataclass(frozen=True)
 class Fit:
-    """A linear fit and how sure it is.
+    """A linear fit and how sure it is."""
 
-    Attributes:
-        value: coefficients, shape (k,).
-        covariance: of them, clusters taken as independent, shape (k, k).
-        freedom: degrees of freedom of the intervals: clusters less coefficients.
-        residual: of every row, shape (n,).
-    """
-
-    value: Array
-    covariance: Array
-    freedom: float
-    residual: Array
+    value: Array  # coefficients, shape (k,)
+    covariance: Array  # of them, clusters taken as independent, shape (k, k)
+    freedom: float  # degrees of freedom of the intervals: clusters less coefficients
+    residual: Array  # of every row, shape (n,)
 
     @property
     def half_width(self) -> Array:

@@ -34,19 +34,12 @@ DAYS = 100
 
 @dataclass(frozen=True)
 class Judged:
-    """A position with its deviation, bound and status.
+    """A position with its deviation, bound and status."""
 
-    Attributes:
-        error: magnitude [m].
-        std: standard deviation [m].
-        bound: [m].
-        status: numbers of `Status`.
-    """
-
-    error: Array
-    std: Array
-    bound: Array
-    status: Array
+    error: Array  # magnitude [m]
+    std: Array  # standard deviation [m]
+    bound: Array  # [m]
+    status: Array  # numbers of `Status`
 
     @classmethod
     def of(cls, track: Signals, true: Array, before: str = "") -> Judged:

@@ -48,29 +48,21 @@ TOGETHER = 40  # lives
 
 @dataclass(frozen=True)
 class Life:
-    """One pump's records.
+    """One pump's records."""
 
-    Attributes:
-        kind: of `KINDS`, or ``quarter``.
-        time: of the records [years].
-        value, std: logarithm of the leak factor, and its deviation [1].
-        warm, warm2: its derivatives by how much warmer the oil is than reported [1/K, 1/K^2].
-        declared: whether a repair was declared before a record.
-        stepped: first record after a step; -1 without one.
-        step_at: when it steps [years]; infinite if it does not.
-        limit_at: when the true factor reaches the limit [years], as it is worn until the step, and after it; infinite
-            if it never does. A date that is asked for before a repair is one of the pump that is still there.
-    """
-
-    kind: str
-    time: Array
+    kind: str  # of `KINDS`, or `quarter`
+    time: Array  # of the records [years]
+    # value, std: logarithm of the leak factor, and its deviation [1]
     value: Array
     std: Array
+    # warm, warm2: its derivatives by how much warmer the oil is than reported [1/K, 1/K^2]
     warm: Array
     warm2: Array
-    declared: NDArray[np.bool_]
-    stepped: int
-    step_at: float
+    declared: NDArray[np.bool_]  # whether a repair was declared before a record
+    stepped: int  # first record after a step; -1 without one
+    step_at: float  # when it steps [years]; infinite if it does not
+    # when the true factor reaches the limit [years], as it is worn until the step, and after it; infinite if it never
+    # does. A date that is asked for before a repair is one of the pump that is still there.
     limit_at: tuple[float, float]
 
     def limit_from(self, at: float) -> float:

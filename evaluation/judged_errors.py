@@ -23,28 +23,20 @@ _AT_STOP = 1e-6  # m
 
 @dataclass(frozen=True)
 class Judged:
-    """Figures of a track.
+    """Figures of a track."""
 
-    Attributes:
-        median, p95, largest: of the errors while the motor turns, after the visits [m]; NaN if there were too few.
-        ok_p95, ok_largest: of those said to be ok [m]; 0 if there are none.
-        coverage: share of the known samples off the stops whose error is within the 95 % band [1].
-        wrong_and_ok: share of all samples that are ok and more than four standard deviations and 1 mm off [1].
-        ok: share of all samples that are ok [1].
-        std: median standard deviation while the motor turns [m].
-        beyond_bound: share of the samples with a position whose error is beyond its bound [1].
-    """
-
+    # median, p95, largest: of the errors while the motor turns, after the visits [m]; NaN if there were too few
     median: float
     p95: float
     largest: float
+    # ok_p95, ok_largest: of those said to be ok [m]; 0 if there are none
     ok_p95: float
     ok_largest: float
-    coverage: float
-    wrong_and_ok: float
-    ok: float
-    std: float
-    beyond_bound: float
+    coverage: float  # share of the known samples off the stops whose error is within the 95 % band [1]
+    wrong_and_ok: float  # share of all samples that are ok and more than four standard deviations and 1 mm off [1]
+    ok: float  # share of all samples that are ok [1]
+    std: float  # median standard deviation while the motor turns [m]
+    beyond_bound: float  # share of the samples with a position whose error is beyond its bound [1]
 
 
 def judge(

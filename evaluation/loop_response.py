@@ -43,17 +43,12 @@ _LOAD, _INSIDE = 0.3, 0.8  # share of the load at relief pressure; of the stroke
 
 @dataclass(frozen=True)
 class Response:
-    """The open loop of a unit.
+    """The open loop of a unit."""
 
-    Attributes:
-        frequency: [Hz].
-        gain: complex, of the position that the control is given to the one that the sensor then says.
-        delay: dead time that the drive is declared to have [s].
-    """
-
-    frequency: NDArray[np.float64]
+    frequency: NDArray[np.float64]  # [Hz]
+    # complex, of the position that the control is given to the one that the sensor then says
     gain: NDArray[np.complex128]
-    delay: float = 0.0
+    delay: float = 0.0  # dead time that the drive is declared to have [s]
 
     @property
     def phase(self) -> NDArray[np.float64]:

@@ -36,20 +36,14 @@ PATIENCE = 900.0  # s; tests that take longer than that are taken to have failed
 
 @dataclass(frozen=True)
 class Mutant:
-    """A change of one place.
+    """A change of one place."""
 
-    Attributes:
-        file: below src/ramsight, or of a folder beside src.
-        old, new: text that stands in it once, and what stands there instead.
-        tests: files below tests/, and options of pytest.
-        reason: of one that no test kills: why that is so.
-    """
-
-    file: str
+    file: str  # below src/ramsight, or of a folder beside src
+    # old, new: text that stands in it once, and what stands there instead
     old: str
     new: str
-    tests: str
-    reason: str = ""
+    tests: str  # files below tests/, and options of pytest
+    reason: str = ""  # of one that no test kills: why that is so
 
     @property
     def place(self) -> str:

@@ -71,21 +71,14 @@ def _over_centre(duty: Duty, random: Random) -> Duty:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of day.
+    """A kind of day."""
 
-    Attributes:
-        title: for the table.
-        work: what it makes of a day's work.
-        machine: draws what the machine has beside the description that it is passed, by the keys of that.
-        built: draws factors of `AsBuilt`.
-        bursts: whether the pumps leak 1.5 to 3 times as much from some moment on.
-    """
-
-    title: str
-    work: Change = _as_it_is
+    title: str  # for the table
+    work: Change = _as_it_is  # what it makes of a day's work
+    # draws what the machine has beside the description that it is passed, by the keys of that
     machine: Callable[[Any, Random], Mapping[str, Any]] = field(default=lambda described, random: {})
-    built: Callable[[Random], dict[str, float]] = field(default=lambda random: {})
-    bursts: bool = False
+    built: Callable[[Random], dict[str, float]] = field(default=lambda random: {})  # draws factors of `AsBuilt`
+    bursts: bool = False  # whether the pumps leak 1.5 to 3 times as much from some moment on
 
 
 def _differ(described: Any, random: Random) -> Mapping[str, Any]:

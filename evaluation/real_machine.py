@@ -50,49 +50,31 @@ Spoil = Callable[[xarray.Dataset, np.random.Generator], None]
 
 @dataclass(frozen=True)
 class Day:
-    """A day as the sensor saw it, and as it was.
+    """A day as the sensor saw it, and as it was."""
 
-    Attributes:
-        track: the sensor's.
-        motor_speed: [rad/s].
-        position: the true one [m].
-        stroke: [m].
-        oil: temperature of the oil in the pumps' gaps [K].
-        leak: leakage over what the sensor's description says at the reported temperature [1], the thermometer's lag
-            left out: what its factor of leakage should be.
-    """
-
-    track: xarray.Dataset
-    motor_speed: Array
-    position: Array
-    stroke: float
-    oil: Array
+    track: xarray.Dataset  # the sensor's
+    motor_speed: Array  # [rad/s]
+    position: Array  # the true one [m]
+    stroke: float  # [m]
+    oil: Array  # temperature of the oil in the pumps' gaps [K]
+    # leakage over what the sensor's description says at the reported temperature [1], the thermometer's lag left out:
+    # what its factor of leakage should be
     leak: Array
 
 
 @dataclass(frozen=True)
 class Effect:
-    """What a machine has and its data sheet may not have.
+    """What a machine has and its data sheet may not have."""
 
-    Args:
-        title: for the table.
-        usual: its usual values in a unit's description; none where no description can have it.
-        drawn: its values in the machine: of the description, and of `AsBuilt`.
-        reported: what it does to the drive's report.
-        warms: whether the oil warms.
-        loads: least and greatest [N].
-        peaks: whether a load comes and goes at rest.
-        heats: whether the oil is warmed up by what is lost in it.
-    """
-
-    title: str
+    title: str  # for the table
+    # its usual values in a unit's description; none where no description can have it
     usual: Mapping[str, Any] = field(default_factory=dict)
-    drawn: Draw = lambda random: {}
-    reported: Spoil = lambda log, random: None
-    warms: bool = False
-    loads: tuple[float, float] = LOADS
-    peaks: bool = False
-    heats: bool = False
+    drawn: Draw = lambda random: {}  # its values in the machine: of the description, and of `AsBuilt`
+    reported: Spoil = lambda log, random: None  # what it does to the drive's report
+    warms: bool = False  # whether the oil warms
+    loads: tuple[float, float] = LOADS  # least and greatest [N]
+    peaks: bool = False  # whether a load comes and goes at rest
+    heats: bool = False  # whether the oil is warmed up by what is lost in it
 
 
 def _magnets(log: xarray.Dataset, random: np.random.Generator) -> None:

@@ -53,16 +53,11 @@ Advance = Callable[[int], object]
 
 @dataclass(frozen=True)
 class Study:
-    """A study that is run.
+    """A study that is run."""
 
-    Attributes:
-        what: it does, in words beside a bar.
-        steps: how many it has, by what was asked for.
-        run: it; is passed what was asked for, and what is called with 1 after each step.
-    """
-
-    what: str
-    steps: Callable[[argparse.Namespace], int]
+    what: str  # it does, in words beside a bar
+    steps: Callable[[argparse.Namespace], int]  # how many it has, by what was asked for
+    # it; is passed what was asked for, and what is called with 1 after each step
     run: Callable[[argparse.Namespace, Advance], Any]
 
 

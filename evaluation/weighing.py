@@ -69,19 +69,12 @@ def value_of(spread: Spread, random: Random) -> float:
 
 @dataclass(frozen=True)
 class Made:
-    """A machine within its tolerances.
+    """A machine within its tolerances."""
 
-    Attributes:
-        grounds: its units and its mechanism, as they are, on grounds of different slopes.
-        bodies: those of its mechanism.
-        drawn: the units, with what their drives are off by.
-        temperature: of its oil [K].
-    """
-
-    grounds: tuple[LinkedMachine, ...]
-    bodies: tuple[Body, ...]
-    drawn: Mapping[str, Drawn]
-    temperature: float
+    grounds: tuple[LinkedMachine, ...]  # its units and its mechanism, as they are, on grounds of different slopes
+    bodies: tuple[Body, ...]  # those of its mechanism
+    drawn: Mapping[str, Drawn]  # the units, with what their drives are off by
+    temperature: float  # of its oil [K]
 
 
 def made(seed: int) -> Made:

@@ -15,21 +15,13 @@ _OPERATIONAL, _PRE_OPERATIONAL = 5, 127
 
 @dataclass
 class Prepared:
-    """What the runs share.
+    """What the runs share."""
 
-    Args:
-        judge: with the sensor, and the truth.
-        channel_map: of drive and thermometer.
-        frames: of either at each sample of the log.
-        states: the sensor's after each sample when nobody else is on the bus.
-        true: where the piston was at each sample [m].
-    """
-
-    judge: Judge
-    channel_map: Path
-    frames: list[list[Any]]
-    states: list[dict[str, float]]
-    true: list[float]
+    judge: Judge  # with the sensor, and the truth
+    channel_map: Path  # of drive and thermometer
+    frames: list[list[Any]]  # of either at each sample of the log
+    states: list[dict[str, float]]  # the sensor's after each sample when nobody else is on the bus
+    true: list[float]  # where the piston was at each sample [m]
 
 
 def prepare(folder: Path) -> Prepared:

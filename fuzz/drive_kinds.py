@@ -240,25 +240,16 @@ LIMITS = {"speed of 0", "speed frozen", "bit of the speed stuck", "bit of the to
 
 @dataclass
 class Prepared:
-    """What the draws share.
+    """What the draws share."""
 
-    Args:
-        judge: with the sensor.
-        frames: times, speeds [1/min] and torques [per mille] that the drive reports in a work day.
-        channel_map: of the drive.
-        tells: whether it tells something of itself.
-        wrong: how often each kind was valid and wrong.
-        farthest: the worst error of each then [m].
-        tried: cases so far.
-    """
-
-    judge: Judge
+    judge: Judge  # with the sensor
+    # times, speeds [1/min] and torques [per mille] that the drive reports in a work day
     frames: list[tuple[float, int, int]]
-    channel_map: Path
-    tells: bool
-    wrong: Counter[str] = field(default_factory=Counter)
-    farthest: dict[str, float] = field(default_factory=dict)
-    tried: int = 0
+    channel_map: Path  # of the drive
+    tells: bool  # whether it tells something of itself
+    wrong: Counter[str] = field(default_factory=Counter)  # how often each kind was valid and wrong
+    farthest: dict[str, float] = field(default_factory=dict)  # the worst error of each then [m]
+    tried: int = 0  # cases so far
 
 
 def prepare(folder: Path, *, tells: bool) -> Prepared:

@@ -72,17 +72,11 @@ int resume(const unsigned char *slot_0, const unsigned char *slot_1, long count,
 
 @dataclass
 class Prepared:
-    """What the cases share.
+    """What the cases share."""
 
-    Args:
-        judge: who knows the truth.
-        rows: time, speed, torque, temperature of the log.
-        built: in double and in float: the functions above, and what the slots held.
-    """
-
-    judge: Judge
-    rows: Any
-    built: list[tuple[Any, History]]
+    judge: Judge  # who knows the truth
+    rows: Any  # time, speed, torque, temperature of the log
+    built: list[tuple[Any, History]]  # in double and in float: the functions above, and what the slots held
 
 
 def prepare(folder: Path) -> Prepared:

@@ -32,28 +32,17 @@ INSTANTIATED, INITIALIZING, STEPPING, TERMINATED = range(4)
 
 @dataclass
 class Called:
-    """An FMU, and what has to be true of it.
+    """An FMU, and what has to be true of it."""
 
-    Args:
-        fmu: fmpy's.
-        places: value references, by name.
-        kind: what it models.
-        fmi: its version.
-        outputs: that are looked at.
-        phase: in which it has to be.
-        time: that it has reached [s].
-        given: the newest value of each input and parameter that was set.
-        is_usual: whether all that was set so far is what a machine has; what came of the rest stays in a plant's state.
-    """
-
-    fmu: Any
-    places: dict[str, int]
-    kind: str
-    fmi: int
-    outputs: list[str]
-    phase: int = INSTANTIATED
-    time: float = 0.0
-    given: dict[str, float] = field(default_factory=dict)
+    fmu: Any  # fmpy's
+    places: dict[str, int]  # value references, by name
+    kind: str  # what it models
+    fmi: int  # its version
+    outputs: list[str]  # that are looked at
+    phase: int = INSTANTIATED  # in which it has to be
+    time: float = 0.0  # that it has reached [s]
+    given: dict[str, float] = field(default_factory=dict)  # the newest value of each input and parameter that was set
+    # whether all that was set so far is what a machine has; what came of the rest stays in a plant's state
     is_usual: bool = True
 
     def put(self, name: str, value: float) -> None:

@@ -62,19 +62,12 @@ FUNCTIONS = {
 
 @dataclass
 class Library:
-    """An FMU's binary.
+    """An FMU's binary."""
 
-    Args:
-        fmi: its version.
-        loaded: it.
-        token: without which it makes no instance.
-        variables: how many it has; their references are below.
-    """
-
-    fmi: int
+    fmi: int  # its version
     loaded: Any
-    token: bytes
-    variables: int
+    token: bytes  # without which it makes no instance
+    variables: int  # how many it has; their references are below
 
     def __post_init__(self) -> None:
         self.make.restype = ctypes.c_void_p
@@ -116,23 +109,14 @@ class Library:
 
 @dataclass
 class Master:
-    """Who calls.
+    """Who calls."""
 
-    Args:
-        library: that is called.
-        rng: chooses.
-        instances: that live.
-        state: one, or null.
-        kept: bytes of a state, which may be changed.
-        is_whole: whether their sum is right.
-    """
-
-    library: Library
-    rng: Rng
-    instances: list[int] = field(default_factory=list)
-    state: Any = field(default_factory=ctypes.c_void_p)
-    kept: Any = None
-    is_whole: bool = False
+    library: Library  # that is called
+    rng: Rng  # chooses
+    instances: list[int] = field(default_factory=list)  # that live
+    state: Any = field(default_factory=ctypes.c_void_p)  # one, or null
+    kept: Any = None  # bytes of a state, which may be changed
+    is_whole: bool = False  # whether their sum is right
 
     def __post_init__(self) -> None:
         self.kept = ctypes.create_string_buffer(self.library.state_size)

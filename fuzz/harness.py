@@ -36,24 +36,16 @@ Check = Callable[[Any, Rng, Path], "tuple[str | Counter[str], str]"]
 
 @dataclass(frozen=True)
 class Section:
-    """One kind of case.
+    """One kind of case."""
 
-    Args:
-        name: in results/fuzz.json.
-        cases: how many.
-        prepare: what all cases share, made in the process that tries them.
-        check: tries one: what was prepared, its random numbers and a folder; says the outcome and what to tell of it.
-            A case that tries many things, one after the other, says how many had which outcome.
-        patience: seconds after which a case hangs.
-        tells: whether what is told of its last cases is kept: they measure something.
-    """
-
-    name: str
-    cases: int
-    prepare: Callable[[Path], Any]
+    name: str  # in results/fuzz.json
+    cases: int  # how many
+    prepare: Callable[[Path], Any]  # what all cases share, made in the process that tries them
+    # tries one: what was prepared, its random numbers and a folder; says the outcome and what to tell of it. A case
+    # that tries many things, one after the other, says how many had which outcome.
     check: Check
-    patience: float = PATIENCE
-    tells: bool = False
+    patience: float = PATIENCE  # seconds after which a case hangs
+    tells: bool = False  # whether what is told of its last cases is kept: they measure something
 
 
 @dataclass

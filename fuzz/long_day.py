@@ -23,19 +23,13 @@ _GROWN = 20.0  # MiB
 
 @dataclass
 class Prepared:
-    """What is played.
+    """What is played."""
 
-    Args:
-        judge: with the sensor.
-        rows: time from the visit on, motor speed, motor torque and oil temperature of each sample.
-        true: position at each of them [m].
-        length: of all of them [s].
-    """
-
-    judge: Judge
+    judge: Judge  # with the sensor
+    # time from the visit on, motor speed, motor torque and oil temperature of each sample
     rows: list[tuple[float, float, float, float]]
-    true: list[float]
-    length: float
+    true: list[float]  # position at each of them [m]
+    length: float  # of all of them [s]
 
 
 def prepare(_: Path) -> Prepared:

@@ -28,15 +28,10 @@ _OPEN = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
 
 @dataclass(frozen=True)
 class Tried:
-    """A function or method.
+    """A function or method."""
 
-    Args:
-        get: it, made anew for each call where it changes something.
-        good: arguments with which it does its work.
-    """
-
-    get: Callable[[], Callable[..., Any]]
-    good: Mapping[str, Any]
+    get: Callable[[], Callable[..., Any]]  # it, made anew for each call where it changes something
+    good: Mapping[str, Any]  # arguments with which it does its work
 
     @property
     def names(self) -> list[str]:

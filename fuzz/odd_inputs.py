@@ -41,15 +41,10 @@ _RECORDS = range(0x12)  # kinds of MCAP records, with some that are none
 
 @dataclass
 class Prepared:
-    """What the cases share.
+    """What the cases share."""
 
-    Args:
-        maps: channel maps, by the kind of log.
-        whole: an MCAP file with nothing wrong.
-    """
-
-    maps: dict[str, Path]
-    whole: bytes
+    maps: dict[str, Path]  # channel maps, by the kind of log
+    whole: bytes  # an MCAP file with nothing wrong
 
 
 def prepare(folder: Path) -> Prepared:

@@ -56,16 +56,11 @@ void track(long count, const double *rows, double start, double std, double *sai
 
 @dataclass
 class Prepared:
-    """What the cases share.
+    """What the cases share."""
 
-    Args:
-        rows: time, speed, torque and temperature of a work day.
-        true: position at each of them [m].
-        built: what follows such rows, by its name: position, deviation and status after each.
-    """
-
-    rows: Any
-    true: Any
+    rows: Any  # time, speed, torque and temperature of a work day
+    true: Any  # position at each of them [m]
+    # what follows such rows, by its name: position, deviation and status after each
     built: dict[str, Callable[[Any], Any]]
 
 

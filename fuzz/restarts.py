@@ -29,19 +29,12 @@ _FASTEST = 0.3  # m/s
 
 @dataclass
 class Prepared:
-    """What the cases share.
+    """What the cases share."""
 
-    Args:
-        judge: with the log and the truth.
-        frames: times and frames of drive and thermometer.
-        bus: to talk with the encoder.
-        map: the channel map's file.
-    """
-
-    judge: Judge
-    frames: list[tuple[float, Any]]
-    bus: Any
-    map: Path
+    judge: Judge  # with the log and the truth
+    frames: list[tuple[float, Any]]  # times and frames of drive and thermometer
+    bus: Any  # to talk with the encoder
+    map: Path  # the channel map's file
 
 
 def prepare(folder: Path) -> Prepared:

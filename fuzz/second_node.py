@@ -18,15 +18,10 @@ _RATES = (10.0, 50.0, 200.0, 1000.0)  # Hz
 
 @dataclass
 class Prepared:
-    """What the cases share.
+    """What the cases share."""
 
-    Args:
-        judge: with the sensor.
-        frames: times and data of the drive's frames in a work day.
-    """
-
-    judge: Judge
-    frames: list[tuple[float, bytes]]
+    judge: Judge  # with the sensor
+    frames: list[tuple[float, bytes]]  # times and data of the drive's frames in a work day
 
 
 def prepare(_: Path) -> Prepared:

@@ -40,23 +40,14 @@ GOING = ((CLOCK,), (STAMPS,), (NUMBER,), (CLOCK, STAMPS), (CLOCK, NUMBER), (STAM
 
 @dataclass(frozen=True)
 class Lapse:
-    """What happens to the computer.
+    """What happens to the computer."""
 
-    Args:
-        what: one of the names above.
-        begin: when, by the machine's time [s].
-        lasts: for how long, or by how much the clock is set [s].
-        going: what goes on meanwhile.
-        set_after: the wall clock, which stood, is set so late after it [s]; infinite if it is not.
-        queued: frames that wait meanwhile.
-    """
-
-    what: str
-    begin: float
-    lasts: float
-    going: tuple[str, ...]
-    set_after: float
-    queued: int
+    what: str  # one of the names above
+    begin: float  # when, by the machine's time [s]
+    lasts: float  # for how long, or by how much the clock is set [s]
+    going: tuple[str, ...]  # what goes on meanwhile
+    set_after: float  # the wall clock, which stood, is set so late after it [s]; infinite if it is not
+    queued: int  # frames that wait meanwhile
 
     @property
     def end(self) -> float:
@@ -81,27 +72,17 @@ class Lapse:
 
 @dataclass
 class Prepared:
-    """What the cases share.
+    """What the cases share."""
 
-    Args:
-        judge: with the sensor.
-        frames: times, speeds [1/min] and torques [per mille] of a work day that ends where it begins.
-        since: when it begins in the judge's log [s].
-        length: of it [s].
-        maps: of a drive that counts its frames, and of one that does not.
-        wrong: cases so far that were valid and wrong.
-        farthest: the worst error of them [m].
-        tried: cases so far.
-    """
-
-    judge: Judge
+    judge: Judge  # with the sensor
+    # times, speeds [1/min] and torques [per mille] of a work day that ends where it begins
     frames: list[tuple[float, int, int]]
-    since: float
-    length: float
-    maps: dict[bool, Path]
-    wrong: int = 0
-    farthest: float = 0.0
-    tried: int = 0
+    since: float  # when it begins in the judge's log [s]
+    length: float  # of it [s]
+    maps: dict[bool, Path]  # of a drive that counts its frames, and of one that does not
+    wrong: int = 0  # cases so far that were valid and wrong
+    farthest: float = 0.0  # the worst error of them [m]
+    tried: int = 0  # cases so far
 
     def report(self, number: int) -> tuple[float, int, int]:
         """When the drive sends its frame of a number [s], and what is in it: the day goes on for ever."""

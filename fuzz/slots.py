@@ -18,16 +18,12 @@ _IMPOSSIBLE = [float("nan"), float("inf"), -float("inf"), 1e300, -1e300, 1e31]
 class History:
     """What two slots held while a machine worked.
 
-    Args:
-        pairs: after each write, the first of them before all.
-        samples: after which sample of the log each write came; -1 for the first.
-        sealed: a slot with another value in one of its states, and the checksum that belongs to it.
-
     Values are those that no state can have: with another one, and its checksum, it is another state.
     """
 
-    pairs: Sequence[Pair]
-    samples: Sequence[int]
+    pairs: Sequence[Pair]  # after each write, the first of them before all
+    samples: Sequence[int]  # after which sample of the log each write came; -1 for the first
+    # a slot with another value in one of its states, and the checksum that belongs to it
     sealed: Callable[[bytes, float, Rng], bytes]
 
     def cut(self, count: int, rng: Rng) -> tuple[int, int, Pair]:

@@ -133,17 +133,11 @@ def silent(said: Any, true: Any) -> float:
 
 @dataclass
 class Beside:
-    """An encoder whose sensor it is.
-
-    Args:
-        encoder: it.
-        tells: whether its drive counts its frames.
-        ahead: by what the time stamps are ahead of its clock [s].
-    """
+    """An encoder whose sensor it is."""
 
     encoder: Any
-    tells: bool
-    ahead: float = 1e9
+    tells: bool  # whether its drive counts its frames
+    ahead: float = 1e9  # by what the time stamps are ahead of its clock [s]
 
     @property
     def stood(self) -> float:

@@ -30,17 +30,12 @@ TELLING = {
 
 @dataclass
 class Prepared:
-    """What the cases share.
+    """What the cases share."""
 
-    Args:
-        judge: with the sensor.
-        frames: times, speeds [1/min] and torques [per mille] that the drive reports in a work day.
-        maps: of what tells.
-    """
-
-    judge: Judge
+    judge: Judge  # with the sensor
+    # times, speeds [1/min] and torques [per mille] that the drive reports in a work day
     frames: list[tuple[float, int, int]]
-    maps: dict[str, Path]
+    maps: dict[str, Path]  # of what tells
 
 
 def prepare(folder: Path) -> Prepared:

@@ -19,17 +19,11 @@ _TRACKED = 500  # samples, 10 s
 
 @dataclass
 class Prepared:
-    """What the cases share.
+    """What the cases share."""
 
-    Args:
-        judge: with the sensor.
-        history: of the file.
-        file: the state file.
-    """
-
-    judge: Judge
-    history: History
-    file: Any
+    judge: Judge  # with the sensor
+    history: History  # of the file
+    file: Any  # the state file
 
 
 def prepare(folder: Path) -> Prepared:

@@ -45,17 +45,11 @@ Found = tuple["str | Counter[str]", str]
 
 @dataclass
 class Prepared:
-    """The studio, and what it had before anybody came.
+    """The studio, and what it had before anybody came."""
 
-    Args:
-        studio: that serves.
-        before: its memory [MiB] and file descriptors.
-        browser: a Chromium; None where there is none.
-    """
-
-    studio: ServedStudio
-    before: tuple[float, int]
-    browser: Any
+    studio: ServedStudio  # that serves
+    before: tuple[float, int]  # its memory [MiB] and file descriptors
+    browser: Any  # a Chromium; None where there is none
 
 
 def prepare(folder: Path) -> Prepared:

@@ -26,15 +26,10 @@ _COUNT = struct.Struct("<q")
 
 @dataclass
 class Prepared:
-    """What the cases share.
+    """What the cases share."""
 
-    Args:
-        judge: with the sensor.
-        rows: time, motor speed, motor torque and oil temperature of each sample.
-    """
-
-    judge: Judge
-    rows: list[tuple[float, float, float, float]]
+    judge: Judge  # with the sensor
+    rows: list[tuple[float, float, float, float]]  # time, motor speed, motor torque and oil temperature of each sample
 
 
 def prepare(_: Path) -> Prepared:

@@ -33,13 +33,9 @@ WARM = 313.15
 
 @dataclass
 class Stepped:
-    """A sensor that is stepped by CasADi's own machine: a graph is ready at once, and a sample takes 0.1 ms.
+    """A sensor that is stepped by CasADi's own machine: a graph is ready at once, and a sample takes 0.1 ms."""
 
-    Args:
-        sensor: whose graph it is.
-    """
-
-    sensor: object
+    sensor: object  # whose graph it is
 
     def __post_init__(self):
         step = self.sensor.recursion.function()
