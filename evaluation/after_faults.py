@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import faults
@@ -20,7 +19,6 @@ from judged_errors import wrong_and_ok
 from numpy.typing import NDArray
 
 from ramsight.duty.faults import Fault
-from ramsight.sensor.kalman import kalman
 from ramsight.sensor.report.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.tracking.position_errors import stop_visits
@@ -48,22 +46,17 @@ def study(machines: int, advance: Callable[[int], object]) -> dict[str, list[dic
 
 def _given(keys: dict[str, float], machines: int, advance: Callable[[int], object]) -> list[dict[str, Any]]:
     found: dict[tuple[str, str], list[tuple[bool, float, float]]] = defaultdict(list)
-    for plain in work_days.data_sheets().values():
-        unit = replace(plain, assumptions=plain.assumptions.replace(keys))
-        sensor = kalman(unit)
-        for seed in range(machines // 2):
-            day = work_days.drawn(unit, seed)
-            visits = stop_visits(day.log["time"].values, day.position, unit.cylinder.stroke)
-            (clean,) = faults.tracks_of(sensor, [day], [day.log])
-            at = np.random.default_rng(seed).choice(faults.turning(day.log, _EARLIEST, _LATEST))
-            injected = [one for one in faults.faults(float(at), day.log) if one[0] in CHANNELS]
-            logs = [faults.with_rows(day, fault, seed) for _, _, fault in injected]
-            tracks = faults.tracks_of(sensor, [day] * len(logs), [log for log, _ in logs])
-            for (channel, words, fault), (_, rows), track in zip(injected, logs, tracks, strict=True):
-                judged = after(day, clean, track, rows, fault, visits)
-                if judged is not None:
-                    found[channel, words].append(judged)
-            advance(1)
+    for sensor, day, seed in work_days.days(machines, keys, advance):
+        visits = stop_visits(day.log["time"].values, day.position, day.unit.cylinder.stroke)
+        (clean,) = faults.tracks_of(sensor, [day], [day.log])
+        at = np.random.default_rng(seed).choice(faults.turning(day.log, _EARLIEST, _LATEST))
+        injected = [one for one in faults.faults(float(at), day.log) if one[0] in CHANNELS]
+        logs = [faults.with_rows(day, fault, seed) for _, _, fault in injected]
+        tracks = faults.tracks_of(sensor, [day] * len(logs), [log for log, _ in logs])
+        for (channel, words, fault), (_, rows), track in zip(injected, logs, tracks, strict=True):
+            judged = after(day, clean, track, rows, fault, visits)
+            if judged is not None:
+                found[channel, words].append(judged)
     return [_row(*key, results) for key, results in found.items()]
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,6 @@ from numpy.typing import NDArray
 from ramsight.duty.faults import Fault, inject
 from ramsight.engine.recursion import replay_many
 from ramsight.intervals import true_intervals
-from ramsight.sensor.kalman import kalman
 from ramsight.sensor.report.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND, VirtualSensor, log_inputs
@@ -125,25 +123,20 @@ def _given(
 ) -> dict[str, Any]:
     found: dict[tuple[str, str], list[list[float]]] = defaultdict(list)
     false, hours = 0, 0.0
-    for plain in work_days.data_sheets().values():
-        unit = replace(plain, assumptions=plain.assumptions.replace(keys))
-        sensor = kalman(unit)
-        for seed in range(machines // 2):
-            day = work_days.drawn(unit, seed, one_load=one_load)
-            (clean,) = tracks_of(sensor, [day], [day.log])
-            time = day.log["time"].values
-            false, hours = false + alarms(clean), hours + float(time[-1] - time[0]) / 3600.0
-            random = np.random.default_rng(seed)
-            injected = [
-                one
-                for at in random.choice(turning(day.log, _EARLIEST, time[-1] - _LATEST), times)
-                for one in faults(float(at), day.log)
-            ]
-            logs = [with_rows(day, fault, seed) for _, _, fault in injected]
-            tracks = tracks_of(sensor, [day] * len(logs), [log for log, _ in logs])
-            for (channel, words, fault), (_, rows), track in zip(injected, logs, tracks, strict=True):
-                found[channel, words].append(_judged(day, clean, track, rows, fault))
-            advance(1)
+    for sensor, day, seed in work_days.days(machines, keys, advance, one_load=one_load):
+        (clean,) = tracks_of(sensor, [day], [day.log])
+        time = day.log["time"].values
+        false, hours = false + alarms(clean), hours + float(time[-1] - time[0]) / 3600.0
+        random = np.random.default_rng(seed)
+        injected = [
+            one
+            for at in random.choice(turning(day.log, _EARLIEST, time[-1] - _LATEST), times)
+            for one in faults(float(at), day.log)
+        ]
+        logs = [with_rows(day, fault, seed) for _, _, fault in injected]
+        tracks = tracks_of(sensor, [day] * len(logs), [log for log, _ in logs])
+        for (channel, words, fault), (_, rows), track in zip(injected, logs, tracks, strict=True):
+            found[channel, words].append(_judged(day, clean, track, rows, fault))
     table = [_row(*key, np.array(results)) for key, results in found.items()]
     return {"rows": table, "hours": hours, "contradictions_without_a_fault": false}
 

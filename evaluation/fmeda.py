@@ -1,4 +1,4 @@
-"""What of the study of faults the package has for its FMEDA tables, in `ramsight.deploy.measured_faults`."""
+"""What of the study of faults the package has for its FMEDA tables, in `ramsight.deploy.fmeda`."""
 
 from __future__ import annotations
 

@@ -9,7 +9,6 @@ where their kind is.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import faults
@@ -17,7 +16,6 @@ import numpy as np
 import work_days
 
 from ramsight.duty.faults import Fault
-from ramsight.sensor.kalman import kalman
 from ramsight.tracking.named_faults import NamedFault, named_faults
 
 SIGNALS = "+ counter and DC power"
@@ -34,19 +32,14 @@ def study(machines: int, advance: Callable[[int], object]) -> list[dict[str, Any
         advance: told of each that is done.
     """
     found: dict[tuple[str, str], list[tuple[Fault, NamedFault | None]]] = {}
-    for plain in work_days.data_sheets().values():
-        unit = replace(plain, assumptions=plain.assumptions.replace(faults.SIGNALS[SIGNALS]))
-        sensor = kalman(unit)
-        for seed in range(machines // 2):
-            day = work_days.drawn(unit, seed)
-            at = float(np.random.default_rng(seed).choice(faults.turning(day.log, _EARLIEST, _LATEST)))
-            for channel, words, fault in faults.faults(at, day.log):
-                if channel in CHANNELS and fault.kind in KINDS:
-                    log, _ = faults.with_rows(day, fault, seed)
-                    sensor.start(day.start)
-                    names = [one for one in named_faults(sensor.track(log)) if fault.start <= one.first <= fault.end]
-                    found.setdefault((channel, words), []).append((fault, names[0] if names else None))
-            advance(1)
+    for sensor, day, seed in work_days.days(machines, faults.SIGNALS[SIGNALS], advance):
+        at = float(np.random.default_rng(seed).choice(faults.turning(day.log, _EARLIEST, _LATEST)))
+        for channel, words, fault in faults.faults(at, day.log):
+            if channel in CHANNELS and fault.kind in KINDS:
+                log, _ = faults.with_rows(day, fault, seed)
+                sensor.start(day.start)
+                names = [one for one in named_faults(sensor.track(log)) if fault.start <= one.first <= fault.end]
+                found.setdefault((channel, words), []).append((fault, names[0] if names else None))
     return [_row(*key, results) for key, results in found.items()]
 
 

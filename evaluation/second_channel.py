@@ -7,7 +7,6 @@ machines drawn at random, whose drives have a counter and DC power. Counted from
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import faults
@@ -18,7 +17,6 @@ from scipy.stats import beta
 
 from ramsight.intervals import true_intervals
 from ramsight.plant.limits import limits_of
-from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.tracking.comparing import ALERTS, Comparison, Verdict, verdicts
 
@@ -41,38 +39,34 @@ def study(machines: int, advance: Callable[[int], object], times: int = 4) -> di
     """By fault: injected, found, its share's 95 % interval, after how long, and who was blamed; false alerts."""
     found: dict[str, list[tuple[bool, float, int]]] = {name: [] for name in FAULTS}
     false, hours, agree = 0, 0.0, []
-    for plain in work_days.data_sheets().values():
-        unit = replace(plain, assumptions=plain.assumptions.replace(faults.SIGNALS["+ counter and DC power"]))
-        sensor, fastest = kalman(unit), float(unit.travel_per_radian) * limits_of(unit).max_speed
-        for seed in range(machines // 2):
-            day = work_days.drawn(unit, seed)
-            sensor.start(day.start)
-            track = sensor.track(day.log)
-            random = np.random.default_rng(seed)
-            time = day.log["time"].values
-            real = day.position + NOISE * random.standard_normal(len(time))
+    for sensor, day, seed in work_days.days(machines, faults.SIGNALS["+ counter and DC power"], advance):
+        fastest = float(day.unit.travel_per_radian) * limits_of(day.unit).max_speed
+        sensor.start(day.start)
+        track = sensor.track(day.log)
+        random = np.random.default_rng(seed)
+        time = day.log["time"].values
+        real = day.position + NOISE * random.standard_normal(len(time))
 
-            def said(
-                other: Array, track: Any = track, time: Array = time, unit: Any = unit, fast: float = fastest
-            ) -> Any:
-                pair = Comparison(float(unit.cylinder.stroke), fast, TOLERANCE, ALERT)
-                status = track["status"].values.astype(np.int64)
-                return verdicts(pair, time, track["position"].values, track[BOUND].values, status, other)
+        def said(
+            other: Array, track: Any = track, time: Array = time, unit: Any = day.unit, fast: float = fastest
+        ) -> Any:
+            pair = Comparison(float(unit.cylinder.stroke), fast, TOLERANCE, ALERT)
+            status = track["status"].values.astype(np.int64)
+            return verdicts(pair, time, track["position"].values, track[BOUND].values, status, other)
 
-            clean = said(real)
-            false += len(true_intervals(np.isin(clean, ALERTS)))
-            hours += float(time[-1] - time[0]) / 3600.0
-            agree.append(float((clean == Verdict.AGREE).mean()))
-            for at in random.integers(len(time) // 3, 2 * len(time) // 3, times):
-                for name, fault in FAULTS.items():
-                    other = real.copy()
-                    other[at:] = fault(time[at:], real[at:], random)
-                    after = said(other)[at:]
-                    alert = np.isin(after, ALERTS)
-                    first = int(np.argmax(alert))
-                    blamed = int(after[first]) if alert.any() else -1
-                    found[name].append((bool(alert.any()), float(time[at + first] - time[at]), blamed))
-            advance(1)
+        clean = said(real)
+        false += len(true_intervals(np.isin(clean, ALERTS)))
+        hours += float(time[-1] - time[0]) / 3600.0
+        agree.append(float((clean == Verdict.AGREE).mean()))
+        for at in random.integers(len(time) // 3, 2 * len(time) // 3, times):
+            for name, fault in FAULTS.items():
+                other = real.copy()
+                other[at:] = fault(time[at:], real[at:], random)
+                after = said(other)[at:]
+                alert = np.isin(after, ALERTS)
+                first = int(np.argmax(alert))
+                blamed = int(after[first]) if alert.any() else -1
+                found[name].append((bool(alert.any()), float(time[at + first] - time[at]), blamed))
     return {
         "faults": {name: _figures(rows) for name, rows in found.items()},
         "false_alerts": false,

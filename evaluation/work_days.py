@@ -6,8 +6,8 @@ loads at rest and visits to end stops at random, no switch. The seed decides eve
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray
@@ -25,6 +25,7 @@ from ramsight.plant.ddh import DdhUnit, build_ddh
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.tracking.position_errors import stop_visits
 
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
@@ -88,6 +89,21 @@ def drawn(unit: DdhUnit, seed: int, duration: float = 360.0, *, one_load: bool =
     log["motor_torque"] *= gain
     log["oil_temperature"] += off
     return Day(unit, log, run["position"].values, passes_relief(run), duty.start_position)
+
+
+def days(
+    machines: int, keys: Mapping[str, float], advance: Callable[[int], object], *, one_load: bool = False
+) -> Iterator[tuple[VirtualSensor, Day, int]]:
+    """Days of machines drawn, half of them of each unit, with the sensor that has these assumptions; and their seeds.
+
+    `advance` is told of each that is done.
+    """
+    for plain in data_sheets().values():
+        unit = replace(plain, assumptions=plain.assumptions.replace(dict(keys)))
+        sensor = kalman(unit)
+        for seed in range(machines // 2):
+            yield sensor, drawn(unit, seed, one_load=one_load), seed
+            advance(1)
 
 
 def study(machines: int, advance: Callable[[int], object]) -> dict[str, dict[str, float]]:

@@ -7,9 +7,8 @@ import pytest
 from ramsight.deploy.c_alike import GATHER, TAKE, Collapsed, collapsed
 from ramsight.deploy.c_cut import Call, Part, Piece, cut
 from ramsight.deploy.c_function import PLAIN, Term
-from ramsight.deploy.c_functions import Handed, functions
+from ramsight.deploy.c_functions import Handed, Places, functions
 from ramsight.deploy.c_lines import Line, Scribe, Value
-from ramsight.deploy.c_places import Places
 from ramsight.deploy.compiler import STRICT, find_compiler, run
 from ramsight.engine.cache import instructions
 from ramsight.engine.graph import graph_of

@@ -10,7 +10,7 @@ import pytest
 from ramsight.errors import OutputError
 from ramsight.output import atomic_path, check_apart, check_state, whole_folder
 from ramsight.output.atomic import draft_of
-from ramsight.output.forgiving import ForgivingFile
+from ramsight.output.netcdf import ForgivingFile
 
 from .command import at_once
 

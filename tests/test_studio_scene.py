@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ramsight.drawing.mechanism.scenery import truck
-from ramsight.studio.scene_parts import around, turn
+from ramsight.studio.scene import around, turn
 
 
 class Body:

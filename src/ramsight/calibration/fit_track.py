@@ -116,7 +116,6 @@ class FittedValues:
         curve: of the position sensor, the one that was known with what was found beside it; None where the sensor is
             declared to have none.
         rms: of the position's errors over all runs [m], and of each, by name.
-        evaluations: that it took.
     """
 
     machine: Machine
@@ -127,7 +126,6 @@ class FittedValues:
     curve: SensorCurve | None
     rms: float
     rms_of: dict[str, float]
-    evaluations: int
 
 
 def fit_track(
@@ -156,11 +154,10 @@ def fit_track(
         if not np.isfinite(run.measured["position"].values).any():
             raise IdentifyError(f"{run.name}: no position was measured")
     model = _Model(machine, unit, runs, free)
-    found = [_fit(model, noise, advance) for noise in _draws(model)]
-    changes = np.array([change for change, _ in found])
+    changes = np.array([_fit(model, noise, advance) for noise in _draws(model)])
     # Values that may be have a mean that may be, but for what ties them together.
     mean = model.possible(changes.mean(axis=0))
-    return _fitted(model.around(mean), mean, changes.std(axis=0, ddof=1), sum(number for _, number in found))
+    return _fitted(model.around(mean), mean, changes.std(axis=0, ddof=1))
 
 
 def _draws(model: _Model) -> Iterator[Array]:
@@ -173,17 +170,16 @@ def _draws(model: _Model) -> Iterator[Array]:
         yield -noise
 
 
-def _fit(model: _Model, noise: Array, advance: Callable[[float], object] | None) -> tuple[Array, int]:
-    """The change that fits a draw, and the evaluations that it took."""
+def _fit(model: _Model, noise: Array, advance: Callable[[float], object] | None) -> Array:
+    """The change that fits a draw."""
     wide, narrow = _DIFFERENCES
-    change, first = _round(model, np.zeros(len(model.prior)), noise, wide, advance)
-    change, second = _round(model.around(change), change, noise, narrow, advance)
-    return change, first + second
+    change = _round(model, np.zeros(len(model.prior)), noise, wide, advance)
+    return _round(model.around(change), change, noise, narrow, advance)
 
 
 def _round(
     model: _Model, change: Array, noise: Array, difference: float, advance: Callable[[float], object] | None
-) -> tuple[Array, int]:
+) -> Array:
     """The same around a change that is nearly it."""
     with needing("identify"):
         from scipy.optimize import least_squares
@@ -207,7 +203,7 @@ def _round(
     )
     if advance is not None:
         advance(share * (EVALUATIONS - seen))
-    return model.possible(found.x), int(found.nfev)
+    return model.possible(found.x)
 
 
 class _Model:
@@ -407,14 +403,13 @@ def _hats(x: Array, knots: Array) -> Array:
     return np.asarray(np.maximum(0.0, 1.0 - np.abs(x[:, None] - knots) / (knots[1] - knots[0])))
 
 
-def _fitted(model: _Model, change: Array, spread: Array, evaluations: int) -> FittedValues:
+def _fitted(model: _Model, change: Array, spread: Array) -> FittedValues:
     """What was found, with intervals from its curvature, widened where the residuals are larger than assumed.
 
     Args:
         model: around the change.
         change: what was found.
         spread: standard deviation of the draws' changes, where that is larger.
-        evaluations: that it took.
     """
     count = len(model.prior)
     data, jacobian = model.residuals(change)[count:], model.slopes(change)
@@ -439,7 +434,6 @@ def _fitted(model: _Model, change: Array, spread: Array, evaluations: int) -> Fi
         curve=model.curve(change),
         rms=float(np.sqrt(np.mean(list(squares.values())))),
         rms_of={name: float(np.sqrt(value)) for name, value in squares.items()},
-        evaluations=evaluations,
     )
 
 

@@ -8,7 +8,17 @@ from typing import Annotated, Any
 
 import typer
 
-from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, named_unit, say, say_error, say_written
+from ramsight.cli.common import (
+    ChannelMapFile,
+    DriveLog,
+    DrivenUnit,
+    Machine,
+    named_unit,
+    optional,
+    say,
+    say_error,
+    say_written,
+)
 
 
 def encoder(
@@ -67,7 +77,6 @@ def encoder(
     from ramsight.machine import load_machine
     from ramsight.output import atomic_path, check_apart, check_state, check_target
     from ramsight.plant.build import build
-    from ramsight.units import parse_option
 
     needs("canopen", "can", channel)
     needs("can", "can", channel)
@@ -86,22 +95,11 @@ def encoder(
     check_target(eds, (".eds",))
     check_apart({"the machine": machine, "--map": channel_map}, {"--state": state, "--eds": eds})
     check_state(state)
-    within = None if timeout is None else parse_option(timeout, "s", "--timeout", least="10 ms", most="10 s")
-    rated = (
-        None
-        if rated_torque is None
-        else parse_option(rated_torque, "N m", "--rated-torque", least="0.01 N m", most="1e5 N m")
-    )
-    wrong = None if tolerance is None else parse_option(tolerance, "m", "--tolerance", least="0.001 mm", most="1 m")
-    longest = f"{LONGEST_ALERT:g} s"
-    alert = (
-        None
-        if time_to_alert is None
-        else parse_option(time_to_alert, "s", "--time-to-alert", least="0 s", most=longest)
-    )
-    period = (
-        None if drive_period is None else parse_option(drive_period, "s", "--drive-period", least="0.1 ms", most="1 s")
-    )
+    within = optional(timeout, "s", "--timeout", least="10 ms", most="10 s")
+    rated = optional(rated_torque, "N m", "--rated-torque", least="0.01 N m", most="1e5 N m")
+    wrong = optional(tolerance, "m", "--tolerance", least="0.001 mm", most="1 m")
+    alert = optional(time_to_alert, "s", "--time-to-alert", least="0 s", most=f"{LONGEST_ALERT:g} s")
+    period = optional(drive_period, "s", "--drive-period", least="0.1 ms", most="1 s")
     settings = Settings(node_id, drive_node, serial, overrides(hold, within, wrong, alert, period))
     described = load_machine(machine)
     built = build(described, unit)

@@ -140,6 +140,13 @@ def named_unit(machine: str, unit: str | None) -> str:
     return only_unit(load_machine(machine))
 
 
+def optional(text: str | None, unit: str, option: str, *, least: str, most: str) -> float | None:
+    """The SI value of an option with a unit; None where it was left out."""
+    from ramsight.units import parse_option
+
+    return None if text is None else parse_option(text, unit, option, least=least, most=most)
+
+
 def say_written(*paths: Path | None) -> None:
     """Say which files were written; None was not asked for."""
     written = [str(path) for path in paths if path is not None]

@@ -216,7 +216,6 @@ def track(
     from ramsight.tracking.availability import TIME_TO_ALERT
     from ramsight.tracking.credible import known_position
     from ramsight.tracking.figures import tracked_figure, verbatim
-    from ramsight.tracking.position_errors import error_text, errors_of, live_of
 
     _check_files(machine, log, sensor, channel_map, truth, out, (figure, belief, tool_figure), state)
     if belief is not None and sensor != "kalman":
@@ -254,7 +253,8 @@ def track(
             progress=True,
             say=say_lines,
         )
-        title = verbatim(f"{description.title or description.name}, {unit}: {log.name}")
+        titled = description.title or description.name
+        title = verbatim(f"{titled}, {unit}: {log.name}")
         if belief is not None:
             from ramsight.tracking.belief_figure import tracked_belief
 
@@ -264,17 +264,11 @@ def track(
         if tool_figure is not None and done.track is not None:
             from ramsight.tool.tool_figure import draw_tool
 
-            draw_tool(done.track, verbatim(f"{description.title or description.name}, {tool}: {log.name}"), tool_figure)
+            draw_tool(done.track, verbatim(f"{titled}, {tool}: {log.name}"), tool_figure)
         give(unit=unit, **done.figures, mistake=done.mistake)
         say_lines(done.summary)
         if true is not None and done.track is not None:
-            errors = errors_of(done.track, true)
-            give(errors=errors)
-            say_lines(error_text(errors, len(done.track)))
-            if (live := live_of(done.track)) is not None:
-                found = errors_of(live, true)
-                give(live_errors=found)
-                say_lines(f"live sensor: {error_text(found, len(live))}")
+            _say_errors(done.track, true)
         check = None if asked is None else achieved(done, true, asked, built)
         if check is not None:
             give(requirement={**plain(check), "is_met": check.is_met, "missing": check.missing})
@@ -287,6 +281,19 @@ def track(
             say_error("no sample has a position: no end stop and no reference was met, and no --start was given")
         if useless or (check is not None and true is not None and not check.is_met):
             raise typer.Exit(1)
+
+
+def _say_errors(track: Any, true: Any) -> None:
+    """Say how far a track is off, and the live sensor's where both are in it."""
+    from ramsight.tracking.position_errors import error_text, errors_of, live_of
+
+    errors = errors_of(track, true)
+    give(errors=errors)
+    say_lines(error_text(errors, len(track)))
+    if (live := live_of(track)) is not None:
+        found = errors_of(live, true)
+        give(live_errors=found)
+        say_lines(f"live sensor: {error_text(found, len(live))}")
 
 
 def _refuse(passed: Mapping[str, object], why: str) -> None:

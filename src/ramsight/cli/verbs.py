@@ -15,9 +15,7 @@ from typer.core import TyperCommand, TyperGroup
 from ramsight.cli import (
     bus_verbs,
     calibration_verbs,
-    commissioning_verbs,
     comparing_verbs,
-    datasheet_verbs,
     exporting_verbs,
     history_verbs,
     look_verbs,
@@ -149,13 +147,13 @@ def ramsight(
 
 SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
     "Describe": (machine_verbs.new, machine_verbs.check, machine_verbs.draw),
-    "Simulate and study": (simulation_verbs.simulate, datasheet_verbs.datasheet),
+    "Simulate and study": (simulation_verbs.simulate, simulation_verbs.datasheet),
     "Follow a log": (tracking_verbs.track, comparing_verbs.compare, weighing_verbs.weigh),
     "Calibrate and commission": (
         calibration_verbs.leak_test,
         calibration_verbs.identify,
         calibration_verbs.calibrate,
-        commissioning_verbs.commission,
+        calibration_verbs.commission,
     ),
     "Deploy": (bus_verbs.encoder, exporting_verbs.fmeda),
     "Look on": (look_verbs.demo, look_verbs.studio),
@@ -164,14 +162,14 @@ SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
 FIGURES = (
     machine_verbs.check,
     simulation_verbs.simulate,
-    datasheet_verbs.datasheet,
+    simulation_verbs.datasheet,
     tracking_verbs.track,
     tracking_verbs.logs_inspect,
     comparing_verbs.compare,
     weighing_verbs.weigh,
     calibration_verbs.leak_test,
     calibration_verbs.identify,
-    commissioning_verbs.commission,
+    calibration_verbs.commission,
     history_verbs.history_add,
     history_verbs.history_show,
 )

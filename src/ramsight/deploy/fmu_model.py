@@ -81,49 +81,7 @@ def sensor_model(
     numbers = source.table.numbers if tabled and source.table else {}
     says = [name for name in sensor.recursion.outputs if name != "status"]
     stroke = float(unit.cylinder.stroke)
-    most = None if tabled else stroke
-    variables = (
-        _TIME,
-        Variable("motor_speed", "real", "input", "rad/s", "motor speed, positive extends", 0.0),
-        Variable("motor_torque", "real", "input", "N.m", "motor torque", 0.0),
-        Variable("oil_temperature", "real", "input", "K", "oil temperature", _T0),
-        Variable("reference", "real", "input", "m", "position that is known, where reference_known", 0.0),
-        Variable(
-            "start_position",
-            "real",
-            "parameter",
-            "m",
-            "position at the start, where start_known",
-            0.0,
-            None,
-            0.0,
-            stroke,
-        ),
-        Variable("start_std", "real", "parameter", "m", "its standard deviation", START_STD, None, 0.0, most),
-        *(Variable(n, "real", "input", "", "command, -1 to 1", COMMANDED, None, -1.0, 1.0) for n in sensor.commands),
-        *(
-            Variable(n, "real", "input", MEASURED[n][0], f"{n.replace('_', ' ')}, {NOTHING}", UNKNOWN)
-            for n in sensor.optional
-        ),
-        *(behind.takes if behind else ()),
-        *(Variable(n, "real", "parameter", "", f"{n}, in SI units", value) for n, value in numbers.items()),
-        *(
-            Variable(
-                n + "_estimated" * (n in sensor.further),
-                "real",
-                "output",
-                _fmi_unit(sensor.units[n]),
-                titled_meaning(n),
-                **_chance(n),
-            )
-            for n in says
-        ),
-        *(behind.says if behind else ()),
-        Variable("status", "status", "output", "", "what the position is worth"),
-        *(behind.words if behind else ()),
-        Variable("reference_known", "truth", "input", "", "whether the reference counts at this sample", 0.0),
-        Variable("start_known", "truth", "parameter", "", "whether the position at the start is known", 0.0),
-    )
+    variables = _sensor_variables(sensor, says, stroke, None if tabled else stroke, numbers, behind)
     own = 7 + len(sensor.further) + (len(behind.takes) if behind else 0)
     first = own + len(numbers)
     macros = {name.upper(): k for k, name in enumerate(v.name for v in variables[:own]) if name != "time"}
@@ -165,6 +123,48 @@ def sensor_model(
         linear=False,
         sensor=sensor,
     )
+
+
+def _sensor_variables(
+    sensor: VirtualSensor,
+    says: Sequence[str],
+    stroke: float,
+    most: float | None,
+    numbers: Mapping[str, float],
+    behind: Behind | None,
+) -> tuple[Variable, ...]:
+    """Inputs, parameters and outputs, in the order of their references; `most` is the largest `start_std` [m]."""
+    known = "position at the start, where start_known"
+    return (
+        _TIME,
+        Variable("motor_speed", "real", "input", "rad/s", "motor speed, positive extends", 0.0),
+        Variable("motor_torque", "real", "input", "N.m", "motor torque", 0.0),
+        Variable("oil_temperature", "real", "input", "K", "oil temperature", _T0),
+        Variable("reference", "real", "input", "m", "position that is known, where reference_known", 0.0),
+        Variable("start_position", "real", "parameter", "m", known, 0.0, None, 0.0, stroke),
+        Variable("start_std", "real", "parameter", "m", "its standard deviation", START_STD, None, 0.0, most),
+        *(Variable(n, "real", "input", "", "command, -1 to 1", COMMANDED, None, -1.0, 1.0) for n in sensor.commands),
+        *(
+            Variable(n, "real", "input", MEASURED[n][0], f"{n.replace('_', ' ')}, {NOTHING}", UNKNOWN)
+            for n in sensor.optional
+        ),
+        *(behind.takes if behind else ()),
+        *(Variable(n, "real", "parameter", "", f"{n}, in SI units", value) for n, value in numbers.items()),
+        *(
+            Variable(_output(n, sensor), "real", "output", _fmi_unit(sensor.units[n]), titled_meaning(n), **_chance(n))
+            for n in says
+        ),
+        *(behind.says if behind else ()),
+        Variable("status", "status", "output", "", "what the position is worth"),
+        *(behind.words if behind else ()),
+        Variable("reference_known", "truth", "input", "", "whether the reference counts at this sample", 0.0),
+        Variable("start_known", "truth", "parameter", "", "whether the position at the start is known", 0.0),
+    )
+
+
+def _output(name: str, sensor: VirtualSensor) -> str:
+    """What an output is called: an estimate of what is an input, too, says that it is one."""
+    return f"{name}_estimated" if name in sensor.further else name
 
 
 def plant_model(unit: HydraulicUnit, machine: str) -> FmuModel:

@@ -60,11 +60,11 @@ SIZES = {"title": 17.0, "name": 12.0, "value": 11.0, "node": 9.5, "port": 12.0, 
 Shape = Line | Area | Disc | Word
 
 
-def arc(centre: Point, radius: float, begin: float, end: float, flat: float = 1.0) -> tuple[Point, ...]:
-    """Points of an arc between two angles [degrees, from right towards down], its height `flat` times its width."""
+def arc(centre: Point, radius: float, begin: float, end: float) -> tuple[Point, ...]:
+    """Points of an arc between two angles [degrees, from right towards down]."""
     count = max(2, math.ceil(abs(end - begin) / 10.0))
     angles = [math.radians(begin + (end - begin) * k / count) for k in range(count + 1)]
-    return tuple((centre[0] + radius * math.cos(a), centre[1] + flat * radius * math.sin(a)) for a in angles)
+    return tuple((centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in angles)
 
 
 def through(change: Callable[[Point], Point], shape: Shape) -> Shape:

@@ -43,9 +43,7 @@ class Member:
 class Population:
     """Sister machines."""
 
-    # mean, mean_std: of the population [1]
-    mean: float
-    mean_std: float
+    mean: float  # of the population [1]
     spread: float  # standard deviation between machines [1]
     members: tuple[Member, ...]  # in the order that was passed
 
@@ -79,10 +77,7 @@ def population(values: Sequence[float], stds: Sequence[float]) -> Population:
                 chance, leaves,
             )
         )  # fmt: skip
-    middle = float(mean @ weight)
-    return Population(
-        middle, float(np.sqrt((variance + (mean - middle) ** 2) @ weight)), float(_SPREADS @ weight), tuple(members)
-    )
+    return Population(float(mean @ weight), float(_SPREADS @ weight), tuple(members))
 
 
 def _posterior(value: Array, std: Array) -> tuple[Array, Array, Array]:

@@ -289,14 +289,13 @@ def check_columns(names: Sequence[str], needed: Sequence[str], file: str) -> Non
         raise MissingColumnError(file=file, missing=missing, found=found)
 
 
-def check_increasing(time: Array, column: str, file: str, first_row: int = FIRST_ROW) -> None:
+def check_increasing(time: Array, column: str, file: str) -> None:
     """Refuse times that do not increase.
 
     Args:
         time: times as read [s], shape (n,).
         column: name of their column.
         file: the file they were read from.
-        first_row: line of the first.
 
     Raises:
         LogError: a time is not above the one before it; names the line.
@@ -306,7 +305,7 @@ def check_increasing(time: Array, column: str, file: str, first_row: int = FIRST
         row = int(stuck[0]) + 1
         now, before = float(time[row]), float(time[row - 1])
         what = "does not increase" if now == before else "goes backwards"
-        raise LogError(f"time {what}: {now!r} after {before!r}", file=file, line=first_row + row, column=column)
+        raise LogError(f"time {what}: {now!r} after {before!r}", file=file, line=FIRST_ROW + row, column=column)
 
 
 MOST_AFTER = 60

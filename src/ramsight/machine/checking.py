@@ -15,9 +15,7 @@ from ramsight.units import name_of
 P = TypeVar("P", bound=BaseModel)
 
 
-def validate(
-    model: type[P], data: Mapping[str, Any], *, file: str | None = None, context: Any = None, prefix: str = ""
-) -> P:
+def validate(model: type[P], data: Mapping[str, Any], *, file: str | None = None, context: Any = None) -> P:
     """Build a part, turning what pydantic has to say into one line.
 
     Args:
@@ -25,7 +23,6 @@ def validate(
         data: its values.
         file: the file they came from.
         context: `FROM_FILE` where numbers without a unit must be rejected.
-        prefix: path of the part in the file, for the error text.
 
     Raises:
         DescriptionError: the first thing that is wrong, with all the others beside it.
@@ -36,11 +33,11 @@ def validate(
         problems = error.errors(include_url=False)
     # a misspelt key is both unknown and missing: the unknown one says more
     problems.sort(key=lambda problem: problem["type"] != "extra_forbidden")
-    listed = [_one_line(model, dict(problem), file, prefix) for problem in problems[:MISTAKES]]
+    listed = [_one_line(model, dict(problem), file) for problem in problems[:MISTAKES]]
     raise first_of(listed, further=len(problems) - len(listed))
 
 
-def _one_line(model: type[BaseModel], problem: dict[str, Any], file: str | None, prefix: str) -> DescriptionError:
+def _one_line(model: type[BaseModel], problem: dict[str, Any], file: str | None) -> DescriptionError:
     steps = [str(item) for item in problem["loc"]]
     location = [step for step in steps if not step.startswith("@")]
     context = problem.get("ctx", {})
@@ -76,7 +73,7 @@ def _one_line(model: type[BaseModel], problem: dict[str, Any], file: str | None,
     else:
         message = str(problem["msg"])
     value = value if isinstance(value, str | int | float) else None
-    return DescriptionError(message, file=file, key=prefix + ".".join(location), value=value, allowed=allowed)
+    return DescriptionError(message, file=file, key=".".join(location), value=value, allowed=allowed)
 
 
 def _field_at(model: type[BaseModel], location: list[str]) -> tuple[type[BaseModel] | None, Any]:

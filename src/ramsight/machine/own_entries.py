@@ -23,16 +23,13 @@ class Checked:
     cautions: tuple[str, ...] = ()  # what is missing or worth a second look, a line each
 
 
-def check_own(files: tuple[Path, ...] | None = None) -> list[Checked]:
-    """Check entries of one's own, each by itself.
-
-    Args:
-        files: of them; None for those of the folder.
+def check_own() -> list[Checked]:
+    """Check the entries of one's own folder, each by itself.
 
     Raises:
         DescriptionError: ``RAMSIGHT_CATALOG`` names what is no folder.
     """
-    return [_checked(path) for path in (catalogue.own_files() if files is None else files)]
+    return [_checked(path) for path in catalogue.own_files()]
 
 
 def _checked(path: Path) -> Checked:

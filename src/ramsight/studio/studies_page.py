@@ -18,7 +18,7 @@ from ramsight.studio.files import Shared
 from ramsight.studio.spawned import Job, Say
 from ramsight.studio.visit import Visit
 from ramsight.study.datasheet.sheet import Sheet
-from ramsight.study.datasheet.sheet_files import FILES, write_sheet
+from ramsight.study.datasheet.sheet_page import FILES, write_sheet
 from ramsight.study.datasheet.studied_duties import NAMED
 
 _LOOK = 0.25  # s, from one look at what a study says to the next

@@ -87,7 +87,6 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
     from starlette.middleware.gzip import GZipMiddleware
     from starlette.responses import PlainTextResponse, Response
 
-    from ramsight.studio.markup import served_under
     from ramsight.studio.prepared import Prepared, prepare
     from ramsight.studio.session import Session
     from ramsight.studio.setting import read_setting, with_unit
@@ -117,19 +116,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
             asked = replace(asked, unit=with_unit(asked, list(chosen.circuits)))
         except RamsightError as error:
             return PlainTextResponse(str(error), status_code=400)
-        prefix = f"{request.headers.get('X-Forwarded-Prefix', '')}{request.scope.get('root_path', '')}"
-        assets = served_under(prefix, "/studio-assets")
-        ui.page_title(title_of(chosen.described))
-        ui.colors(primary=_INK)
-        for name in ("uPlot.min.css", "studio.css"):
-            ui.add_head_html(f'<link rel="stylesheet" href="{assets}/{name}">')
-        for name in _SCRIPTS:
-            ui.add_head_html(f'<script src="{assets}/{name}"></script>')
-        ui.add_body_html(_FIRST)
-        with ui.header().classes("items-center py-1"):
-            ui.html('<h1 class="text-lg font-bold">ramsight studio</h1>', sanitize=False)
-            named = ui.label().props("id=machine-name")
-            ui.element("span").props("id=gone role=alert")
+        named = _head(request, title_of(chosen.described))
         body = ui.column().classes("w-full gap-0")
         with suppress(TimeoutError):
             await client.connected(_SHOWN)
@@ -165,6 +152,28 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
         gzip_middleware_factory=None if host in LOOPBACK else GZipMiddleware,  # nothing is far away on this machine
         show_welcome_message=False,
     )
+
+
+def _head(request: Any, title: str) -> Any:
+    """The head of a page, with the styles and scripts that it needs; returns the label of the machine's name."""
+    from nicegui import ui
+
+    from ramsight.studio.markup import served_under
+
+    prefix = f"{request.headers.get('X-Forwarded-Prefix', '')}{request.scope.get('root_path', '')}"
+    assets = served_under(prefix, "/studio-assets")
+    ui.page_title(title)
+    ui.colors(primary=_INK)
+    for name in ("uPlot.min.css", "studio.css"):
+        ui.add_head_html(f'<link rel="stylesheet" href="{assets}/{name}">')
+    for name in _SCRIPTS:
+        ui.add_head_html(f'<script src="{assets}/{name}"></script>')
+    ui.add_body_html(_FIRST)
+    with ui.header().classes("items-center py-1"):
+        ui.html('<h1 class="text-lg font-bold">ramsight studio</h1>', sanitize=False)
+        named = ui.label().props("id=machine-name")
+        ui.element("span").props("id=gone role=alert")
+    return named
 
 
 with needing("studio"):

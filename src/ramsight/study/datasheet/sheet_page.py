@@ -1,4 +1,4 @@
-"""The sheet as one HTML page that needs no other file; a browser prints it."""
+"""The sheet as files: one HTML page that needs no other file, every number, and what was assumed."""
 
 from __future__ import annotations
 
@@ -8,13 +8,18 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ramsight._version import __version__
+from ramsight.output import whole_folder
 from ramsight.output.html_page import page, row, table
+from ramsight.signals import Dataset
 from ramsight.study.datasheet.budget import Budget
 from ramsight.study.datasheet.measuring import GROUPS
 from ramsight.study.datasheet.sheet import SHARES, Accuracy, Sheet, Term
+from ramsight.study.datasheet.sheet_figures import figures
+from ramsight.study.datasheet.sheet_requirement import SheetRequirement
 from ramsight.study.datasheet.statistics import Known
 from ramsight.study.datasheet.studied_duties import DRAWN
 from ramsight.units import format_si
@@ -347,3 +352,26 @@ PUBLISHED = (
     ),
 )  # fmt: skip
 """Three sensors. Empty where a maker says nothing of a term."""
+
+
+FILES = ("sheet.html", "sheet.json", "assumed.toml")
+
+
+def write_sheet(sheet: Sheet, found: Dataset, out: Path, title: str, judged: SheetRequirement | None = None) -> None:
+    """Write a sheet into a folder; what else is there stays.
+
+    Args:
+        sheet: the data sheet.
+        found: what is kept of its machines, for the figures.
+        out: the folder.
+        title: of the machine and its unit.
+        judged: the sheet held against a requirement, if there is one.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    page = sheet_page(sheet, title, figures(found, sheet.budget), () if judged is None else judged.html)
+    numbers = {} if judged is None else {"requirement": judged.numbers}
+    with whole_folder(out, last=FILES[0]) as draft:
+        for name, text in zip(FILES, (page, sheet.to_json(numbers), sheet.to_toml()), strict=True):
+            (draft / name).write_text(text, encoding="utf-8", newline="\n")
