@@ -6,7 +6,7 @@
 #   make film    a loader at work without position sensors: build/film/loader.html (FILM_ARGS: its options)
 #   make bench   speed against C, scipy and CVODES: results/bench.json and its figures; the studio in Chromium: results/studio.json; needs gcc
 #   make study   what the docs quote of studies: results/study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
-#   make constants  what each number that decides something is worth: results/constants.json; takes about an hour
+#   make constants  what each number that decides something is worth: results/constants.json, results/constants_tested.json; takes about an hour
 #   make fuzz    damaged files, states and slots, hostile frames, killed writers: results/fuzz.json; takes about an hour
 #   make analyse  exported C by gcc's analyzer, and by clang-tidy and cppcheck where they are installed
 #   make audit   known vulnerabilities of the pinned packages, where their database can be had
@@ -106,6 +106,7 @@ audit:
 
 constants: $(INSTALLED)
 	$(BIN)/python evaluation/constants_varied.py --out results/constants.json --jobs 2
+	$(BIN)/python evaluation/constants_varied.py --tests results/constants_tested.json --jobs 2
 	$(BIN)/python evaluation/pages.py
 
 mutants: $(INSTALLED)

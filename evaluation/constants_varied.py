@@ -1,10 +1,14 @@
 """Each constant of the sensor, times and over 1.5, on recorded and simulated logs: results/constants.json.
 
 python evaluation/constants_varied.py --out results/constants.json [--only NAME ...] [--jobs 2]
+python evaluation/constants_varied.py --tests results/constants_tested.json [--only NAME ...] [--jobs 2]
 
 With --only the other constants in the file stay as they are. Each variant is a process of its own, which changes the
 constant, and what is computed from it, before a sensor is made. Every log is tracked with an unknown start and with the
 exact one. What one variant moves is compared on the machine that the others were run on.
+
+A constant of which no log shows anything has a test of the signal on which it decides, by constants_varied.toml. With
+--tests these run: as the constants are they have to pass, and with theirs times or over 1.5 to fail.
 """
 
 from __future__ import annotations
@@ -17,7 +21,7 @@ import re
 import subprocess
 import sys
 import tempfile
-import textwrap
+import tomllib
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -28,7 +32,9 @@ import numpy as np
 from ramsight.output import write_text
 from ramsight.progress import progress
 
-TRACES = Path(__file__).parents[1] / "tests" / "traces"
+ROOT = Path(__file__).parents[1]
+TRACES = ROOT / "tests" / "traces"
+TESTED = Path(__file__).with_suffix(".toml")
 TABLE = "ramsight.sensor.thresholds"
 FACTOR = 1.5
 UNITS = ("boom", "bucket")
@@ -36,6 +42,9 @@ SEED = 11
 """Of the simulated logs."""
 BASE = "as they are"
 """The row of the constants that nothing has changed."""
+SEEN = 1e-6
+"""Change of a position [m] that is no rounding."""
+HOW = (("times", FACTOR), ("over", 1.0 / FACTOR))
 FIGURES = ("p95", "coverage", "wrong_and_ok", "ok", "beyond_bound")
 _SIGNALS = {"motor_speed": "rad/s", "motor_torque": "N m", "oil_temperature": "K"}
 
@@ -162,15 +171,57 @@ def summary(found: dict[str, Any], base: dict[str, dict[str, float]]) -> dict[st
     }
 
 
-def moves(row: dict[str, Any], base: dict[str, Any]) -> bool:
-    """Whether a constant moves anything: a position, a status, a band, or whether a sensor can be made."""
-    return any("fails" in one or any(one[key] != base[key] for key in base if key != "in") for one in row.values())
+def moves(row: dict[str, Any]) -> bool:
+    """Whether a constant moves anything: a position, a status, what is said of it, or whether a sensor can be made.
+
+    Rows may be of sensors of different dates, so both variants of a row are held against each other, and not against
+    the constants as they are today.
+    """
+    times, over = row["times"], row["over"]
+    if "fails" in times or "fails" in over:
+        return True
+    apart = any(one["moves"] > SEEN or one["otherwise"] > 0.0 for one in (times, over))
+    return apart or any(times[key] != over[key] for key in ("coverage", "wrong_and_ok", "beyond_bound"))
 
 
-def table(found: dict[str, Any]) -> list[str]:
-    """The table of the constants that move something, and the others."""
+def tests() -> dict[str, str]:
+    """The test of each constant that has one of its own."""
+    return dict(tomllib.loads(TESTED.read_text(encoding="utf-8")))
+
+
+def passes(name: str, factor: float, *those: str) -> bool:
+    """Whether tests pass with a constant changed, in a process of its own.
+
+    Raises:
+        SystemExit: they were not run.
+    """
+    command = [sys.executable, __file__, "--one-test", name, str(factor), *those]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    if done.returncode not in {0, 1}:
+        raise SystemExit(f"{those}\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return done.returncode == 0
+
+
+def tested(chosen: list[str], jobs: int) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Constants with their tests, and whether these fail with either variant.
+
+    Raises:
+        SystemExit: one fails with the constants as they are.
+    """
+    own = tests()
+    if not passes(names()[0], 1.0, *dict.fromkeys(own[name] for name in chosen)):
+        raise SystemExit("a test fails with the constants as they are")
+
+    def both(name: str) -> tuple[str, dict[str, Any]]:
+        return name, {"test": own[name], **{how: not passes(name, by, own[name]) for how, by in HOW}}
+
+    with ThreadPoolExecutor(jobs) as pool:
+        yield from pool.map(both, chosen)
+
+
+def table(found: dict[str, Any], by_tests: dict[str, Any]) -> list[str]:
+    """The table of the constants that move something, and that of those whose own test fails."""
     base = found[BASE]
-    varied = {name: row for name, row in found.items() if name != BASE}
     rows = [
         "| constant | largest change, × | ÷ | p95 rises by, × | ÷ | band, least, × | ÷ | wrong and ok, most, × | ÷ |",
         "|---" * 9 + "|",
@@ -178,11 +229,21 @@ def table(found: dict[str, Any]) -> list[str]:
     rows += [f"| {BASE} | " + " | ".join(cell(base) for cell in _CELLS for _ in range(2)) + " |"]
     rows += [
         f"| `{name}` | " + " | ".join(cell(one) for cell in _CELLS for one in (row["times"], row["over"])) + " |"
-        for name, row in varied.items()
-        if moves(row, base)
+        for name, row in found.items()
+        if name != BASE and moves(row)
     ]
-    still = textwrap.wrap(" ".join(name for name, row in varied.items() if not moves(row, base)), 110)
-    return [*rows, "", "These move nothing on these logs:", "", "```text", *still, "```"]
+    rows += ["", "| constant | decides on a signal of `tests/` | × | ÷ |", "|---" * 4 + "|"]
+    for name, row in by_tests.items():
+        fails = " | ".join("fails" if row[how] else "passes" for how, _ in HOW)
+        rows.append(f"| `{name}` | {_said(row['test'])} | {fails} |")
+    return rows
+
+
+def _said(test: str) -> str:
+    """A test in words: its file, and its name as a sentence."""
+    file, _, name = test.partition("::test_")
+    words = name.replace("_", " ").replace("[", " (").replace("]", ")")
+    return f"`{file}`: {words}"
 
 
 def _cell(key: str, factor: float, digits: int, unit: str) -> Callable[[dict[str, Any]], str]:
@@ -224,7 +285,7 @@ def study(chosen: list[str], jobs: int) -> Iterator[tuple[str, dict[str, Any]]]:
         yield BASE, summary(unmoved, base)
 
         def both(name: str) -> tuple[str, dict[str, Any]]:
-            found = {how: variant(name, by, folder) for how, by in (("times", FACTOR), ("over", 1.0 / FACTOR))}
+            found = {how: variant(name, by, folder) for how, by in HOW}
             return name, {how: summary(one, base) for how, one in found.items()}
 
         with ThreadPoolExecutor(jobs) as pool:
@@ -232,25 +293,41 @@ def study(chosen: list[str], jobs: int) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def main() -> None:
-    """Run the study, or one variant of it."""
+    """Run the study or the tests, or one variant of them."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, help="results, JSON")
+    parser.add_argument("--out", type=Path, help="results of the study, JSON")
+    parser.add_argument("--tests", type=Path, help="results of the tests, JSON")
     parser.add_argument("--only", nargs="*", default=None, help="these constants")
     parser.add_argument("--jobs", type=int, default=1, help="processes at a time")
     parser.add_argument("--one", nargs=3, help=argparse.SUPPRESS)
+    parser.add_argument("--one-test", nargs="+", help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.one:
         name, factor, folder = asked.one[0], float(asked.one[1]), Path(asked.one[2])
         change(name, factor)
         print(json.dumps(judge_all(folder, folder / "tracks" / "as_they_are.npz")))
-        return
-    found = json.loads(asked.out.read_text(encoding="utf-8")) if asked.only and asked.out.exists() else {}
-    chosen = asked.only or names()
-    with progress(1 + len(chosen), "constants varied") as bar:
-        for name, figures in study(chosen, asked.jobs):
-            found[name] = figures
+    elif asked.one_test:
+        import pytest
+
+        change(asked.one_test[0], float(asked.one_test[1]))
+        those = [str(ROOT / "tests" / one) for one in asked.one_test[2:]]
+        sys.exit(pytest.main(["-q", "-x", "-p", "no:cacheprovider", *those]))
+    elif asked.tests:
+        chosen = asked.only or [name for name in names() if name in tests()]
+        kept(asked.tests, asked.only, chosen, tested(chosen, asked.jobs))
+    else:
+        chosen = asked.only or names()
+        kept(asked.out, asked.only, [BASE, *chosen], study(chosen, asked.jobs))
+
+
+def kept(file: Path, only: list[str] | None, chosen: list[str], rows: Iterator[tuple[str, dict[str, Any]]]) -> None:
+    """Write rows as they come, in the table's order; with `only` the others in the file stay."""
+    found = json.loads(file.read_text(encoding="utf-8")) if only and file.exists() else {}
+    with progress(len(chosen), "constants varied") as bar:
+        for name, row in rows:
+            found[name] = row
             ordered = {one: found[one] for one in (BASE, *names()) if one in found}
-            write_text(json.dumps(ordered, indent=1) + "\n", asked.out)
+            write_text(json.dumps(ordered, indent=1) + "\n", file)
             bar.advance(1)
 
 

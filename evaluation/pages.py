@@ -255,7 +255,8 @@ def all_tables(found: dict[str, Any]) -> dict[str, list[str]]:
     tables |= {"encoder_quality": quality_table().splitlines(), "drive_maps": drive_map_table().splitlines()}
     tables |= {name: constant_table(table).splitlines() for name, table in THRESHOLDS.items()}
     varied = json.loads((ROOT / "results" / "constants.json").read_text(encoding="utf-8"))
-    tables["constants"] = constants_varied.table(varied)
+    tested = json.loads((ROOT / "results" / "constants_tested.json").read_text(encoding="utf-8"))
+    tables["constants"] = constants_varied.table(varied, tested)
     tables["second_channel"] = second_channel.table(found["second_channel"])
     tables |= {name: table(found["loader_control"]) for name, table in LOADER_TABLES.items()}
     tables |= hindsight.tables(found["hindsight"])

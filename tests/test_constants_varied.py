@@ -46,17 +46,36 @@ def test_the_worst_log_is_what_a_variant_comes_to(script):
     assert script.summary({"a": HELD | still | {"p95": unknown}, "b": HELD | still}, base)["in"] == "b"
     nothing = script.summary({"a": HELD | still, "b": HELD | still}, base)
     narrower = script.summary({"a": HELD | still | {"coverage": 0.96}, "b": HELD | still}, base)
-    assert script.moves({"times": found, "over": nothing}, nothing)
-    assert script.moves({"times": nothing, "over": narrower}, nothing), "a band that is another moves something"
-    assert not script.moves({"times": nothing, "over": nothing}, nothing)
-    assert script.moves({"times": nothing, "over": {"fails": "ValueError"}}, nothing)
-    still_there = {"times": nothing, "over": nothing}
-    rows = script.table({script.BASE: nothing, "A": {"times": found, "over": nothing}, "B": still_there})
-    assert rows[2].startswith("| as they are | 0.0 mm | 0.0 mm | 0.0 mm | 0.0 mm | 97.0 % |")
-    assert rows[3].startswith("| `A` | 20.0 mm | 0.0 mm | 3.0 mm | 0.0 mm | 90.0 % | 97.0 % |")
-    assert rows[-3:] == ["```text", "B", "```"]
+    assert script.moves({"times": found, "over": nothing})
+    assert script.moves({"times": nothing, "over": narrower}), "a band that is another moves something"
+    assert not script.moves({"times": narrower, "over": narrower}), "both as wide: of a sensor of another date"
+    assert script.moves({"times": nothing, "over": {"fails": "ValueError"}})
+    rounding = nothing | {"moves": 1e-9}
+    assert not script.moves({"times": nothing, "over": rounding})
+    rows = {script.BASE: nothing, "A": {"times": found, "over": nothing}, "B": {"times": nothing, "over": nothing}}
+    said = script.table(rows, {"B": {"test": "test_b.py::test_b_is_seen", "times": True, "over": False}})
+    assert said[2].startswith("| as they are | 0.0 mm | 0.0 mm | 0.0 mm | 0.0 mm | 97.0 % |")
+    assert said[3].startswith("| `A` | 20.0 mm | 0.0 mm | 3.0 mm | 0.0 mm | 90.0 % | 97.0 % |")
+    assert said[-1] == "| `B` | `test_b.py`: b is seen | fails | passes |"
 
 
-def test_what_was_found_is_of_constants_that_there_are(script):
+def test_no_constant_is_without_effect(script):
+    """Each moves a track of the study, or a test of its own fails when it is another."""
     found = json.loads((ROOT / "results" / "constants.json").read_text(encoding="utf-8"))
+    tested = json.loads((ROOT / "results" / "constants_tested.json").read_text(encoding="utf-8"))
     assert set(found) <= {script.BASE, *script.names()}
+    assert {name: row["test"] for name, row in tested.items()} == script.tests()
+    for name in script.names():
+        fails = name in tested and (tested[name]["times"] or tested[name]["over"])
+        assert fails or (name in found and script.moves(found[name])), name
+
+
+def test_a_constant_s_own_test_fails_with_another_one(script):
+    row = {"test": script.tests()["RATE_MEMORY"], "times": True, "over": True}
+    assert list(script.tested(["RATE_MEMORY"], 1)) == [("RATE_MEMORY", row)]
+
+
+@pytest.mark.parametrize("name", ["nothing.py::test_of_it", "test_constants.py::test_nothing"])
+def test_a_test_that_is_not_there_is_named(script, name):
+    with pytest.raises(SystemExit, match=name):
+        script.passes("RISK", 1.5, name)

@@ -12,10 +12,12 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.measurement import applied
 from ramsight.sensor.belief.update import UpdateState, _place, _torque_evidence
 from ramsight.sensor.circuit.load import LOAD, _Following, _starting_load
+from ramsight.sensor.contacts import contact
 from ramsight.sensor.contacts.contact import NearSettingState, _over
 from ramsight.sensor.contacts.contact_release import RestState, _at_rest
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.quantity import Quantity
+from ramsight.sensor.report.report import _shown
 from ramsight.sensor.thresholds import CERTAIN
 
 from .test_belief_guards import STROKE, bank, value
@@ -39,6 +41,8 @@ def test_at_rest_a_torque_has_changed_by_nothing_before_it_was_held(held):
     assert (value(found.expected), value(found.shown)) == ((2.0, 1.0) if held else (0.0, 0.0))
     began = value(found.state.expected_began), value(found.state.shown_began)
     assert began == ((28.0, 19.0) if held else (30.0, 20.0))
+    gone = _at_rest(state, sample, step, NO, NO, SimpleNamespace(travel_per_radian=1e-4))
+    assert value(gone.state.least_behind) == 0.0, "the next time it begins where the torque does not stay behind"
 
 
 @pytest.mark.parametrize(("innovation", "load"), [(-0.5, 1e4), (0.5, 5e4), (2.0, 5e4)])
@@ -60,6 +64,17 @@ def test_a_press_near_the_setting_began_where_the_first_sample_of_it_was(lasts, 
     found, _ = _over(state, sample, step, now, motor, YES, model)
     assert value(found.position) == began
     assert value(found.lasts) == pytest.approx(lasts + 0.02)
+
+
+@pytest.mark.parametrize("odds", [-0.2, 0.2])
+def test_a_press_that_lasts_is_at_an_end_where_that_is_likelier_than_not(monkeypatch, odds):
+    monkeypatch.setattr(contact, "likelier_at_end", lambda *_: ca.SX(odds))
+    state = SimpleNamespace(held=NO, near_setting=NearSettingState(lasts=ca.SX(0.9), position=ca.SX(0.3)))
+    step = SimpleNamespace(motion=SimpleNamespace(noise=ca.SX(1e-5)))
+    now = SimpleNamespace(relief=ca.SX(0.5), std=ca.SX(1e-3))
+    motor = SimpleNamespace(turns=YES, delivered=ca.SX(1e-3), before=ca.SX(0.31), way=ca.SX(1.0))
+    _, over = _over(state, SimpleNamespace(elapsed=ca.SX(0.02)), step, now, motor, YES, SimpleNamespace())
+    assert value(over) == (odds > 0.0)
 
 
 def reached(**state):
@@ -124,6 +139,7 @@ def test_a_contact_is_late_by_half_the_delay_of_the_torque_or_half_a_sample(dela
     found = _place(at, met, SimpleNamespace(assumed=assumed, stroke=STROKE, stop_stiffness=1e9))
     assert value(found.measurement.arrived) == pytest.approx((1e-3 * samples) ** 2 + 3e-4**2)
     assert value(found.measurement.innovation) == pytest.approx(STROKE - 0.699)
+    assert value(found.stands) == 0.699, "where it was met, and not where the step ends"
 
 
 def test_a_load_follows_a_factor_by_both_of_its_corrections():
@@ -145,3 +161,29 @@ def test_a_load_follows_a_factor_by_both_of_its_corrections():
     kept, travel, shown = found._of(0, FACTORS[0])
     assert value(kept[LOAD]) == pytest.approx(500.0 - 30.0 * 2.0 - 7.0 * 2.0)
     assert (value(travel), value(shown)) == (0.0, 2.0)
+
+
+def test_a_position_that_is_shown_may_be_off_by_what_it_stays_behind_and_what_was_unseen():
+    """The estimate went 10 mm in a sample in which a piston goes 3.3 mm; 2 mm may have passed unseen before."""
+    at = SimpleNamespace(
+        intake=SimpleNamespace(passed=ca.SX(0.1), usable=YES, unseen=ca.SX(2e-3)),
+        sample=SimpleNamespace(started=YES), position=ca.SX(0.3),
+    )  # fmt: skip
+    updated = SimpleNamespace(measured=SimpleNamespace(accepted=NO))
+    model = SimpleNamespace(travel_per_radian=1e-4, max_speed=300.0, stroke=STROKE)
+    state, outcome = SimpleNamespace(position=ca.SX(0.3)), SimpleNamespace(kept=ca.SX(0.31))
+    shown, offset = _shown(state, at, updated, outcome, model)
+    assert (value(shown), value(offset)) == pytest.approx((0.3033, 2e-3 + 6.7e-3))
+
+
+def test_a_piston_may_have_sunk_at_rest_by_what_the_torque_has_stayed_behind_since_it_went_along():
+    """2 N m behind, after it was 3 N m ahead: oil that gives 1e-7 m/N, and 1e-4 m per radian."""
+    state = RestState(
+        held=YES, expected_began=ca.SX(28.0), shown_began=ca.SX(19.0), least_behind=ca.SX(-3.0), sunk=ca.SX(1.0)
+    )
+    step = SimpleNamespace(torque=torque(expected=31.0), motion=SimpleNamespace(give=ca.SX(1e-7)))
+    found = _at_rest(
+        state, SimpleNamespace(motor_torque=ca.SX(20.0)), step, YES, NO, SimpleNamespace(travel_per_radian=1e-4)
+    )
+    assert value(found.state.least_behind) == -3.0
+    assert value(found.sunk) == pytest.approx(5.0 * 1e-7 / 1e-4)

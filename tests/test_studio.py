@@ -146,6 +146,7 @@ def test_a_setting_of_a_link_is_that_of_the_link_it_makes(query):
 
 def test_a_link_names_the_tab_that_is_open():
     assert [read_setting(query).tab for query in ({}, {"tab": "Logs"})] == ["Live", "Logs"]
+    assert [read_setting(query).span for query in ({}, {"span": "all"})] == ["2min", "all"]
 
 
 @pytest.mark.parametrize(
@@ -155,8 +156,8 @@ def test_a_link_names_the_tab_that_is_open():
         ("leak", "3.01"), ("leak", "0.49"), ("leak", "nan"), ("leak", "inf"), ("leak", ""), ("leak", "\u0661"),
         ("leak", "1_0"), ("leak", "1e999"), ("leak", "9" * 900), ("load", "-1"), ("speed", "51"), ("speed", "-1"),
         ("faults", "fire"), ("faults", "torque,"), ("sensors", "kalman;balance"), ("duty", "none"), ("hold", "1"),
-        ("play", "<script>"), ("play", ""), ("strips", "position,\n"), ("tab", "Live,Logs"), ("x", "1"), ("", ""),
-        ("unit", "x" * 2000), ("\r\nset-cookie", "a"),
+        ("play", "<script>"), ("play", ""), ("strips", "position,\n"), ("tab", "Live,Logs"), ("span", "1h"),
+        ("x", "1"), ("", ""), ("unit", "x" * 2000), ("\r\nset-cookie", "a"),
     ],
 )  # fmt: skip
 def test_what_a_link_cannot_hold_is_refused_in_one_line(name, value):

@@ -1,6 +1,7 @@
 """The studio in a real Chromium: links, visitors, proxies, servers that end, and pages that anybody can use."""
 
 import contextlib
+import itertools
 import math
 import os
 import re
@@ -349,8 +350,13 @@ def test_a_machine_starts_for_who_looks_and_there_is_room_for_so_many(visitor):
         assert len(workers(server)) == 2
         pages[0].close()
         wait(pages[2], lambda: len(workers(server)) == 1)
-        pages[2].reload()
-        pages[2].locator(".studio").wait_for()
+
+        def admitted():  # the machine has ended; the place of its visitor is free soon after
+            pages[2].reload()
+            pages[2].locator("#full, .studio").first.wait_for()
+            return pages[2].locator(".studio").count() == 1
+
+        wait(pages[2], admitted)
         for one in pages[1:]:
             one.context.close()
 
@@ -459,6 +465,57 @@ def test_elsewhere_a_token_is_printed_and_needed(visitor):
         assert opened.url == here
         wait(opened, lambda: newest(opened, "position", "ram") is not None)
         opened.context.close()
+
+
+RUN = """
+(() => {
+  const kept = studio.keeper(), numbers = (k) => [...Array(50).keys()].map((j) => 50 * k + j);
+  for (let k = 0; k < 200; k++) kept.take(numbers(k).map((one) => 0.02 * one), { place: numbers(k) });
+  return [kept.fine.time.length, kept.reach(), kept.between(["time", "place"], 10, 190)];
+})()"""
+
+
+def test_the_strips_keep_a_long_run_and_its_newest_part_in_full(page):
+    fine, (first, newest_time), (time, place) = page.evaluate(RUN)
+    assert 1500 <= fine <= 1650
+    assert (first, newest_time) == (0.0, pytest.approx(199.98))
+    assert time[0] <= 10.0 < time[1]
+    assert time[-2] <= 190.0 <= time[-1]
+    steps = [after - before for before, after in itertools.pairwise(time)]
+    assert min(steps) > 0.0
+    assert max(steps) < 0.23, "some each second"
+    assert max(steps[-600:]) < 0.03, "every sample of the newest"
+    assert [0.02 * one for one in place] == pytest.approx(time), "columns stay beside each other"
+
+
+def test_a_run_is_looked_back_at_and_the_link_keeps_for_how_long(loader, visitor):
+    page = visitor()
+    runs(page, f"{loader[0]}?play=none&speed=20&span=30s")
+    wait(page, lambda: page.locator("[data-span='30s']").get_attribute("aria-pressed") == "true")
+    back = page.get_by_role("slider", name="back in time [s]")
+    wait(page, lambda: back.is_enabled() and float(back.get_attribute("max")) > 60.0)
+    first, newest_time = page.evaluate(
+        "(() => { const { min, max } = studio.plots()[0].plot.scales.x; return [min, max]; })()"
+    )
+    assert newest_time - first == pytest.approx(30.0)
+    back.focus()
+    page.keyboard.press("Home")
+    assert page.locator("#strips-pause").get_attribute("aria-pressed") == "true"
+    shown = page.evaluate("studio.plots().map((one) => [one.plot.scales.x.min, one.plot.scales.x.max])")
+    assert all(one == shown[0] for one in shown)
+    assert shown[0][0] == pytest.approx(0.0, abs=0.1)
+    assert back.get_attribute("aria-valuetext") == "0 to 30 s"
+    page.get_by_role("button", name="all", exact=True).click()
+    assert page.locator("#strips-pause").get_attribute("aria-pressed") == "false"
+    wait(page, lambda: page.evaluate("studio.plots()[0].plot.scales.x.max") > newest_time)
+    assert page.evaluate("studio.plots()[0].plot.scales.x.min") == pytest.approx(0.0, abs=0.1)
+    wait(page, lambda: "span=all" in page.url)
+
+
+def test_steps_of_a_scenario_are_marked_in_the_strips(loader, visitor):
+    page = visitor()
+    runs(page, f"{loader[0]}?play=ends")
+    wait(page, lambda: "step 2" in str(page.evaluate("studio.timeline.marks()")))
 
 
 def test_a_unit_that_is_chosen_is_what_bar_strips_and_canvases_speak_of(page):

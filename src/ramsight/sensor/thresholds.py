@@ -70,7 +70,6 @@ UNSEEN_SPEED_SHARE = Constant(
     "1",
     "share of the highest speed a motor may have had between two samples of 0; a choice of the size of a nudge",
 )
-BRIDGE_ERROR_SHARE = Constant(0.25, "1", "half the mean of both speeds around a gap: the trapezoid against either end")
 
 # Input check: values.
 LIMIT_SHARE = Constant(
@@ -115,10 +114,6 @@ ALARM_EVIDENCE = -math.log(FALSE_ALARM_RATE * SAMPLE)
 INERTIA_MODEL_STD = Constant(
     0.25, "1", "oil and moved mass add a third of the shaft's torque at most, on recorded logs"
 )
-SUM_CEILING = Constant(1.5, "1", "times the alarm, so that a corrected sign is cleared in as many steps as it took")
-
-# Kinds of faults.
-GAIN_STD_LEAST = Constant(1e-3, "1", "resolution of two reports of 10 bits")
 
 # Load observer.
 RELEASED_TRAVEL_LEAST = Constant(2e-3, "1", "share of the stroke, the travel of a sample at usual speed")
@@ -246,10 +241,6 @@ UNCERTAIN_SHARE = Constant(0.1, "1", "share of the stroke: standard deviation at
 FASTEST_SHARE = Constant(
     1.1, "1", "of the velocity at the highest speed; a correction moves the shown position no faster"
 )
-
-# Where the pumps deliver to (worked out before the first sample).
-DELIVERY_SPEED_SHARE = Constant(0.1, "1", "of the highest speed: pumps deliver more than they leak")
-DELIVERY_STEPS = Constant(10.0, "1", "samples, after which a chamber's pressure has risen")
 
 # State files.
 CREEP_VELOCITY = Constant(1e-4, "m/s", "slower, a rod moves by less than 1 mm in 10 s: it rests")

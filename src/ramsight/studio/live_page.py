@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from typing import Any
@@ -92,7 +92,8 @@ def live_page(
         if gone_on or again:  # a scene has set something
             controls.follow(frame.settings, levers=again)
 
-    view = f"studio.show({json.dumps(shown)}); studio.strips({json.dumps(setting.strips)})"
+    view = f"studio.show({json.dumps(shown)}); studio.strips({json.dumps(setting.strips)}); "
+    view += f"studio.timeline.spanned({json.dumps(setting.span)})"
     background_tasks.create(_follow(session, client, scene, prepared, show, view, laid_out))
     lost = None if can_link or name is not None else described.title or described.name
     ui.run_javascript(f"studio.holds('machine', {json.dumps(lost)})")
@@ -161,7 +162,7 @@ def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
     """The place of the machine in space, and the slider that magnifies the error in it; `look` goes to a view."""
     with ui.element("section").classes("panel"):
         ui.html("<h2>The machine</h2>", sanitize=False)
-        ui.label("red and pale: where the sensor takes it to be").classes("text-xs")
+        ui.label("red and pale: where the sensor takes it to be; the fan: its 95 % band").classes("text-xs")
         space = ui.element("div").classes("w-full space")
         magnified = labelled("error in the picture", "× true", 1.0, _MAGNIFIED, 1.0, 1.0)
         with ui.row().classes("gap-1").props('role=group aria-label="where one looks from"'):
@@ -253,7 +254,8 @@ async def _follow(
             if seen % _SCENE == 0:
                 known = all(frame.columns[name].get("kalman", [None])[-1] is not None for name in units)
                 true, estimated = (_positions(frame, column, units) for column in ("position", "kalman"))
-                space.show(true, estimated, frame.load, known=known)
+                band = {name: found for name in units if (found := _band(frame.columns[name])) is not None}
+                space.show(true, estimated, frame.load, band=band, known=known)
 
 
 async def _begun(client: Any, scene: Callable[[], MachineScene], prepared: Prepared, view: str) -> MachineScene:
@@ -289,6 +291,12 @@ def _joined(frames: list[Frame]) -> Frame:
 def _row(parts: list[dict[str, list[float | None]]], key: str) -> list[float | None]:
     """One column of several frames; a sensor that reports nothing has None."""
     return [v for part in parts for v in part.get(key, [None] * len(part["position"]))]
+
+
+def _band(columns: Mapping[str, Sequence[float | None]]) -> tuple[float, float] | None:
+    """Newest 95 % band [m] of a unit's kalman sensor; None where it has none."""
+    low, high = (columns.get(f"kalman_{edge}", [None])[-1] for edge in ("low", "high"))
+    return None if low is None or high is None else (1e-3 * low, 1e-3 * high)
 
 
 def _positions(frame: Frame, column: str, units: list[str]) -> dict[str, float]:

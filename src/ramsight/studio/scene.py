@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -130,10 +131,19 @@ _BARREL, _ROD = 0.12, 0.06  # m, of a cylinder's barrel and rod in the picture
 _BENCH, _LEAST = 0.5, 0.05  # m, height of a bench; the least of a load
 _PALLET = 2000.0  # kg/m3 of goods
 _BLOCK, _GOODS = "#c98a1b", "#a9825a"
+_RAM = "ram"  # what moves on a bench
+_LEAVES, _PALE = 5, 0.12  # of the fan over a band: how many, and how opaque
+_WIDE = 5e-3  # m: a band that is narrower is not seen, nor a leaf that has moved less
 
 
 VIEWS = {"side": (0.0, -1.0, 0.0), "front": (1.0, -0.02, 0.1), "above": (0.0, -0.02, 1.0)}
 """Where one looks from, over the distance: forwards, to the left and upwards; straight down a camera has no upright."""
+
+
+def _visible(bodies: Mapping[str, Any], is_seen: bool) -> None:
+    """Show bodies, or hide them."""
+    for body in bodies.values():
+        body.visible(is_seen)
 
 
 class MachineScene:
@@ -146,10 +156,12 @@ class MachineScene:
     def __init__(self, machine: Machine, linked: LinkedMachine | None) -> None:
         self._linked, self._times = linked, 1.0
         self._shown: list[float] | None = None
-        self._known = True
+        self._known = self._is_wide = True
+        self._edges: list[float] = []
         bodies = () if machine.linkage is None else machine.linkage.bodies.values()
         self._drives = all(body.kind == "turning" for body in bodies)  # a mast stands, a boom is driven about
-        self._stroke = next(iter(machine.units.values())).cylinder.stroke
+        self._strokes = {name: unit.cylinder.stroke for name, unit in machine.units.items()}
+        self._stroke = next(iter(self._strokes.values()))
         with ui.scene(width=560, height=360, background_color="#e9edf0", grid=(12, 24), fps=_RATE) as self.scene:
             self.scene.classes("w-full").style("height: 360px")
             if self._linked is None:
@@ -175,7 +187,13 @@ class MachineScene:
         self._times = times
 
     def show(
-        self, true: Mapping[str, float], estimated: Mapping[str, float], payload: float = 0.0, *, known: bool = True
+        self,
+        true: Mapping[str, float],
+        estimated: Mapping[str, float],
+        payload: float = 0.0,
+        *,
+        band: Mapping[str, tuple[float, float]] = MappingProxyType({}),
+        known: bool = True,
     ) -> None:
         """Put everything where it is.
 
@@ -183,25 +201,22 @@ class MachineScene:
             true: positions [m], by unit.
             estimated: those that the sensor estimates [m].
             payload: that a mechanism carries [kg].
+            band: the sensor's 95 % bands [m]; without one of a unit, it may be anywhere in its stroke.
             known: whether the sensors have positions; where one has none nothing is drawn of what they take it to be.
         """
         if known is not self._known:
             self._known = known
-            for ghost in self._rods[1:] if self._linked is None else self._ghosts.values():
-                ghost.visible(known)
-        estimated = {name: at + self._times * (estimated[name] - at) for name, at in true.items()}
+            _visible(self._ghosts, known)
+        estimated = {name: self._magnified(name, at, true) for name, at in estimated.items()}
+        self._fan({name: band.get(name, (0.0, self._strokes[name])) for name in true}, true)
         now = [*true.values(), *estimated.values(), 1e-3 * payload]
         if self._shown is not None and all(abs(a - b) < _STILL for a, b in zip(now, self._shown, strict=True)):
             return
         self._shown = now
+        self._put(self._bodies, true)
+        self._put(self._ghosts, estimated)
         if self._linked is None:
-            (x,), (ghost,) = true.values(), estimated.values()
-            for rod_and_block, place in zip(self._rods, (x, ghost), strict=True):
-                rod_and_block.move(1.25 * self._stroke + 0.2 + place, 0.0, _BENCH)
             return
-        for pins, bodies in ((self._pins(true), self._bodies), (self._pins(estimated), self._ghosts)):
-            for name, body in bodies.items():
-                turn(body, self._drawn_pins[name], pins[name])
         seen = self._seen(true)
         for strut, (barrel, moved) in zip(seen.struts, self._struts, strict=True):
             stretch(barrel, strut.base, strut.barrel_end)
@@ -216,6 +231,36 @@ class MachineScene:
                 size = max(np.cbrt(payload / _PALLET), _LEAST)
                 x, z = seen.load[0], seen.tip[1] + 0.5 * size
             self._load.move(float(x), 0.0, float(z)).scale(size)
+
+    def _magnified(self, name: str, place: float, true: Mapping[str, float]) -> float:
+        """A place of the sensor's with its error as large as it is shown."""
+        return true[name] + self._times * (place - true[name])
+
+    def _fan(self, band: Mapping[str, tuple[float, float]], true: Mapping[str, float]) -> None:
+        """Sweep pale leaves over a band that is wide enough to be seen."""
+        edges = [[self._magnified(name, edges[side], true) for name, edges in band.items()] for side in (0, 1)]
+        low, high = (np.clip(one, 0.0, [self._strokes[name] for name in band]) for one in edges)
+        is_wide = bool(np.any(high - low > _WIDE))
+        if is_wide is not self._is_wide:
+            self._is_wide = is_wide
+            for leaf in self._leaves:
+                _visible(leaf, is_wide)
+        now = [*low, *high]
+        if not is_wide or (self._edges and np.max(np.abs(np.subtract(now, self._edges))) < _WIDE):
+            return
+        self._edges = now
+        for leaf, share in zip(self._leaves, np.linspace(0.0, 1.0, _LEAVES), strict=True):
+            self._put(leaf, dict(zip(band, (low + share * (high - low)).tolist(), strict=True)))
+
+    def _put(self, bodies: Mapping[str, Any], positions: Mapping[str, float]) -> None:
+        """Put bodies where these positions [m] have them."""
+        if self._linked is None:
+            (place,) = positions.values()
+            bodies[_RAM].move(1.25 * self._stroke + 0.2 + place, 0.0, _BENCH)
+            return
+        pins = self._pins(positions)
+        for name, body in bodies.items():
+            turn(body, self._drawn_pins[name], pins[name])
 
     def _seen(self, positions: Mapping[str, float]) -> Shapes:
         assert self._linked is not None
@@ -245,14 +290,16 @@ class MachineScene:
         for x in (0.0, long):
             rod(x - 0.03, x + 0.03, 0.13, DARK).move(0.0, 0.0, _BENCH)
         ui.scene.box(3.0 * s + 1.0, 0.5, 0.05).move(1.4 * s + 0.2, 0.0, _BENCH - 0.2).material(STEEL)
-        self._rods = []
-        for colour, opacity, radius in ((STEEL, 1.0, 0.045), (GHOST, 0.4, 0.06)):
+
+        def ram(colour: str, of_block: str, opacity: float, radius: float) -> dict[str, Any]:
             with ui.scene.group() as moved:
                 rod(-s, 0.0, radius, colour, opacity)
-                ui.scene.box(block, 0.36, 0.3).material(_BLOCK if opacity == 1.0 else GHOST, opacity).move(
-                    0.5 * block, 0.0, 0.0
-                )
-            self._rods.append(moved)
+                ui.scene.box(block, 0.36, 0.3).material(of_block, opacity).move(0.5 * block, 0.0, 0.0)
+            return {_RAM: moved}
+
+        self._bodies = ram(STEEL, _BLOCK, 1.0, 0.045)
+        self._ghosts = ram(GHOST, GHOST, 0.4, 0.06)
+        self._leaves = [ram(GHOST, GHOST, _PALE, 0.06) for _ in range(_LEAVES)]
         self._set_out((1.2 * s, 0.4), (0.0, 1.0), 2.0 * s + 1.0)
 
     def _mechanism(self) -> None:
@@ -270,7 +317,11 @@ class MachineScene:
         self._bodies = {name: self._body(name, drawn, one, colours[name]) for name, one in outlines.items()}
         if drawn.bucket is not None:
             outlines[tool] = drawn.bucket.outline
-        self._ghosts = {name: plates(one, (0.0,), 0.6 * PLATE, GHOST, 0.35) for name, one in outlines.items()}
+
+        def ghosts(opacity: float) -> dict[str, Any]:
+            return {name: plates(one, (0.0,), 0.6 * PLATE, GHOST, opacity) for name, one in outlines.items()}
+
+        self._ghosts, self._leaves = ghosts(0.35), [ghosts(_PALE) for _ in range(_LEAVES)]
         unit = np.array([[0.0, -0.5], [1.0, -0.5], [1.0, 0.5], [0.0, 0.5]])
 
         def bar(height: float, colour: str) -> Any:

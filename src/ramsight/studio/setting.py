@@ -23,12 +23,15 @@ from ramsight.studio.worker import FASTEST
 
 STRIPS = ("position", "error", "status", "drive", "pressure")
 """Strips of the page, from above."""
+SPANS = {"30s": "30 s", "2min": "2 min", "10min": "10 min", "all": "all"}
+"""How much of the time the strips show, as a link has it and in words."""
+SPAN = "2min"
 TABS = ("Live", "Machines", "Logs", "Studies", "History")
 """Tabs of the page."""
 _LONGEST = 1000  # letters of a query
 _HOLDS = "hold"
 _NO = "none"  # of a list
-_NAMES = ("machine", "unit", "play", "faults", "sensors", "duty", "speed", _HOLDS, "strips", "tab")
+_NAMES = ("machine", "unit", "play", "faults", "sensors", "duty", "speed", _HOLDS, "strips", "span", "tab")
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,7 @@ class Setting:
     speed: float = 1.0  # times faster than life
     holds_oil: bool = False  # whether the oil is held at its temperature
     strips: tuple[str, ...] = STRIPS
+    span: str = SPAN  # of `SPANS`, that the strips show
     tab: str = TABS[0]  # of `TABS`, that is open
 
     @property
@@ -105,6 +109,7 @@ def read_setting(query: Mapping[str, str]) -> Setting:
         speed=_number(query, "speed", 0.0, FASTEST) if "speed" in query else 1.0,
         holds_oil=_HOLDS in query and _one_of(("oil",), _HOLDS, query[_HOLDS]) == "oil",
         strips=_some_of(STRIPS, query, "strips", STRIPS),
+        span=_one_of(tuple(SPANS), "span", query.get("span", SPAN)),
         tab=_one_of(TABS, "tab", query.get("tab", TABS[0])),
     )  # fmt: skip
 

@@ -129,6 +129,7 @@ class Storyteller:
             return
         scene = self._scenario.scenes[self._place]
         scene.act(self._rig, self._unit)
+        self._rig.marks.add(time, f"step {self._place + 1}")
         self._telling.words.append(scene.words)
 
     def _end(self, words: str, *, missed: bool = False) -> None:

@@ -9,13 +9,13 @@ from nicegui import ui
 
 from ramsight.studio.said import LETTERS
 from ramsight.studio.session import Session
-from ramsight.studio.setting import STRIPS
+from ramsight.studio.setting import SPAN, SPANS, STRIPS
 
 _LOOKS = 0.1  # s between two looks at whether the run has come
 _PATIENCE = 60.0  # s, after which it is given up
 _BUTTONS = (
     ("strips-pause", "pause", "the strips stand, the machine goes on; dragging over a strip does so, too", "latch"),
-    ("strips-whole", "whole", "go on, with all that the strips keep; a double click does so, too", ""),
+    ("strips-whole", "go on", "show the newest again; a double click does so, too", ""),
     ("strips-picture", "picture", "save the strips as PNG", ""),
 )
 
@@ -32,6 +32,7 @@ def strips_panel(session: Session, units: list[str]) -> None:
         ui.html("".join(_shown(name) for name in STRIPS), sanitize=False).props(
             'role=group aria-label="strips that are shown"'
         )
+        ui.html(_times(), sanitize=False).classes("times").props('role=group aria-label="the time that is shown"')
         for name in STRIPS:
             ui.element("div").props(f"id=strip-{name}").classes("w-full")
             if name == "status":
@@ -46,6 +47,18 @@ def _button(name: str, words: str, hint: str, kind: str) -> str:
 def _shown(name: str) -> str:
     """A button that shows a strip, or hides it."""
     return f'<button type="button" class="small latch" data-strip="{name}" aria-pressed="true">{name}</button>'
+
+
+def _times() -> str:
+    """How much of the time is shown, and how far back."""
+    spans = "".join(
+        f'<button type="button" class="small latch" data-span="{name}" aria-pressed="{str(name == SPAN).lower()}">'
+        f"{words}</button>"
+        for name, words in SPANS.items()
+    )
+    hint = "drag to what was before; at its right end the newest is shown"
+    words = f'aria-label="back in time [s]" title="{hint}"'
+    return f'{spans}<input type="range" id="strips-back" step="any" disabled {words}>'
 
 
 def _saving(session: Session, unit: str, *, of_several: bool) -> None:

@@ -31,7 +31,6 @@ from ramsight.engine.typed_state import chosen, leaf, leaves, mapped
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, flag, negated
 from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.thresholds import (
-    GAIN_STD_LEAST,
     LIKELY_STDS,
     MEMORY_TIME,
     SHORTEST_STEP,
@@ -130,7 +129,7 @@ def likelihoods(sums: Evidence, most: Real, gain: Real = 0.0) -> tuple[Scalar, .
     return (
         normal(apart, s.xy - s.xx, s.xx, 1.0 / USUAL_STDS, times),
         normal(apart, s.y - s.x, s.one, 1.0 / LIKELY_STDS * most),
-        normal(together, s.xy + s.xx, s.xx, ca.fmax(gain, GAIN_STD_LEAST)),
+        normal(together, s.xy + s.xx, s.xx, ca.fmax(gain, TINY)),
         normal(s.yy, s.y, s.one, most),
         s.anywhere,
     )

@@ -32,7 +32,6 @@ from ramsight.sensor.thresholds import (
     MIXED_FRICTION_SPEED,
     SAMPLE,
     SHORTEST_STEP,
-    SUM_CEILING,
     USUAL_STDS,
 )
 
@@ -97,7 +96,9 @@ def check_inertia(
     variance = noise**2 + (model.assumed.inertia.std**2 + INERTIA_MODEL_STD**2) * x**2
     shows = all_of(ca.fabs(x) > noise, ca.fabs(y) < USUAL_STDS * ca.fabs(x) + noise)
     ratio = within(-2.0 * x * y / variance, -ALARM_EVIDENCE / 3.0, ALARM_EVIDENCE / 3.0)
-    grown = within(state.evidence + ratio * sample.elapsed / GAP_PERIOD, 0.0, SUM_CEILING * ALARM_EVIDENCE)
+    # So that a corrected sign is cleared in as many steps as it took.
+    most = (1.0 + HALF) * ALARM_EVIDENCE
+    grown = within(state.evidence + ratio * sample.elapsed / GAP_PERIOD, 0.0, most)
     evidence = ca.if_else(all_of(turns, shows), grown, state.evidence)
     alarm = evidence > ca.if_else(state.alarm, HALF * ALARM_EVIDENCE, ALARM_EVIDENCE)
     after = InertiaState(ramp=ramp, expected=expected, reported=reported, evidence=evidence, alarm=alarm)

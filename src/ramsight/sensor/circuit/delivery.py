@@ -7,7 +7,7 @@ from typing import Any
 
 from ramsight.plant.balance import Balance
 from ramsight.plant.oil import T40
-from ramsight.sensor.thresholds import DELIVERY_SPEED_SHARE, DELIVERY_STEPS, SAMPLE
+from ramsight.sensor.thresholds import SAMPLE, VALVE_SETTLED
 
 
 @lru_cache(maxsize=256)
@@ -26,10 +26,10 @@ def delivers(balance: Balance, node: str, way: float) -> bool:
     turns = 1.0 if commands else way
     p, speed = (
         balance.parameters_at(balance.values, T40, commands),
-        turns * DELIVERY_SPEED_SHARE * balance.unit.max_speed,
+        turns * balance.unit.max_speed,
     )
     z: Any = rest  # an array of numbers at first, then CasADi's
-    for _ in range(int(DELIVERY_STEPS)):
+    for _ in range(round(VALVE_SETTLED / SAMPLE)):
         z = balance.step(z, speed, speed, 0.0, 0.0, p, SAMPLE, held=1.0, settles=True).z
     return bool(z[place] > rest[place])
 

@@ -31,8 +31,8 @@ from ramsight.sensor.inputs.sample import (
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
     ALARM_EVIDENCE,
+    BETWEEN_STD,
     BLIND_PRESSURE_SHARE,
-    BRIDGE_ERROR_SHARE,
     BRIDGED_GAP,
     GAP_PERIOD,
     HABIT_GAIN,
@@ -375,7 +375,8 @@ def _unseen_angles(
     nudge = UNSEEN_SPEED_SHARE * model.max_speed
     gap_for = ca.if_else(state.started, ca.if_else(clock.back, scalar(BRIDGED_GAP), clock.raw), 0.0)
     not_counted = ca.if_else(clock.jump, (0.5 * speeds + nudge) * ca.fmin(gap_for, LONGEST_GAP), 0.0)
-    bridged = (BRIDGE_ERROR_SHARE * speeds + nudge) * ca.fmax(elapsed - USUAL_PERIOD, 0.0)
+    # The trapezoid against either end: half the mean of both speeds.
+    bridged = (0.5 * BETWEEN_STD * speeds + nudge) * ca.fmax(elapsed - USUAL_PERIOD, 0.0)
     # A clock that has caught up with what it was set back by: that long the shaft turned unseen.
     caught_up = ca.if_else(clock.caught_up, 0.5 * speeds * (state.behind + 1.0) * passed, 0.0)
     unseen = (ca.fabs(state.motor_speed) + nudge) * ca.fmax(clock.raw, 0.0)

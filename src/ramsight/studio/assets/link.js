@@ -26,6 +26,7 @@
     const say = (name, value) => (value ? found.set(name, value) : found.delete(name));
     if (studio.shown()) say("unit", studio.shown() !== Object.keys(studio.units)[0] && studio.shown());
     if (strips) say("strips", strips.length < most && (strips.join(",") || "none"));
+    say("span", studio.timeline.span() !== "2min" && studio.timeline.span());
     say("tab", tab !== "Live" && tab);
     const query = found.toString().replaceAll("%2C", ",");
     return `${location.origin}${location.pathname}${query && "?"}${query}`;

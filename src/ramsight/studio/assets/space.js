@@ -26,17 +26,33 @@
   }
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(() => tint(), 100));
 
+  // Shadows on the ground and on the machine: of what is solid, by the light that is there.
+  const REACH = 8, SHARP = 1024; // m around the machine; pixels of the shadow's picture
+  function shadowed({ renderer, scene }) {
+    renderer.shadowMap.enabled = true;
+    scene.traverse((one) => {
+      if (one.isMesh) [one.castShadow, one.receiveShadow] = [!(one.material.opacity < 1), true];
+      if (!one.isDirectionalLight) return;
+      one.castShadow = true;
+      one.shadow.mapSize.set(SHARP, SHARP);
+      Object.assign(one.shadow.camera, { left: -REACH, right: REACH, top: REACH, bottom: -REACH });
+      one.shadow.normalBias = 0.03; // m
+    });
+  }
+
   studio.space = (id) => {
     const own = getElement(id), renderer = own.renderer, render = renderer.render.bind(renderer);
     tint = tinted(own);
     renderer.domElement.setAttribute("role", "img");
-    renderer.domElement.setAttribute("aria-label", "the machine in space; red and pale: where the sensor takes it to be");
+    renderer.domElement.setAttribute("aria-label", "the machine in space; red and pale: where the sensor takes it to be; the fan: its 95 % band");
     tint();
+    const begun = performance.now();
     studio.watch(own.$el, wake);
     wake(BEGIN);
     studio.pictures = 0;
     renderer.render = (...all) => {
       if (performance.now() > until || !studio.isSeen(own.$el)) return;
+      if (performance.now() < begun + BEGIN) shadowed(own); // of what has come since
       studio.pictures += 1;
       render(...all);
     };

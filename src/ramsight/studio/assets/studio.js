@@ -1,7 +1,6 @@
 // What the page does by itself: strips over time, colours of the circuit, words of the status. The server sends frames.
 "use strict";
 window.studio = (() => {
-  const KEEP = 1500; // points of a strip
   const LEFT = 48, RIGHT = 44, WORDS = 16; // of the axes and their units: all strips have one time below the other
   const PAGE_UP = 33, PAGE_DOWN = 34; // as browsers number keys
   const PAGES = 50; // keys at most from one end of a slider to the other, ten of its steps each
@@ -10,7 +9,7 @@ window.studio = (() => {
   let on = ["kalman", "balance"]; // sensors that the strips show
   const NAMES = { second: "transducer" };
   const MARKERS = { width: 2, dash: (plot, k) => (plot.series[k].dash ? "dashed" : "solid") }; // of the legends: lines as they are drawn
-  const units = {};
+  const units = {}, keepers = {}; // by unit: the newest samples, all that is kept
   let shown = "", plots = [], drawn = 0, waiting = false, highest = 250, fitting = null, begun = 0, help = {}, laidOut = 0;
 
   // What is not on the screen is not drawn, until it comes there.
@@ -83,13 +82,13 @@ window.studio = (() => {
     help = words;
     begun = 0;
     studio.timeline.forget();
-    for (const name of Object.keys(units)) delete units[name];
+    for (const name of Object.keys(units)) { delete units[name]; delete keepers[name]; }
     fitting?.disconnect();
     highest = highestPressure;
     const scale = document.getElementById("highest-pressure");
     if (scale) scale.textContent = highest.toFixed(0);
     for (const name of names) studio.lay(name, lines[name]);
-    for (const name of names) units[name] = { time: [] };
+    for (const name of names) units[name] = (keepers[name] = studio.keeper()).fine;
     shown = names[0];
     studio.begun();
     plots = strips().map((strip) => make(strip, document.getElementById(strip.id)));
@@ -104,7 +103,7 @@ window.studio = (() => {
   // A tab that is not open is out of the document, and its places with it: they are those that were drawn in.
   function recolour() {
     if (plots.length) plots = strips().map((strip, k) => make(strip, plots[k].place));
-    studio.timeline.whole();
+    draw(true);
     if (seen.columns) track(seen.columns, seen.references, (id) => pictures[id]);
   }
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(recolour, 100));
@@ -118,30 +117,29 @@ window.studio = (() => {
     studio.explain();
     studio.renew();
     for (const one of document.querySelectorAll("[data-circuit]")) one.hidden = one.dataset.circuit !== name;
-    studio.timeline.whole(); // what stands is of another unit
+    draw(true);
   }
 
   function take(unit, time, columns) {
-    const kept = units[unit];
     const more = { ...columns };
     for (const one of SENSORS)  // of a sensor that is off nothing is shown
       for (const name of ["", "_error", "_band", "_low", "_high", "_level"]) more[one + name] ??= time.map(() => null);
-    columns = more;
-    more.plus = columns.kalman_band;
-    more.minus = columns.kalman_band.map((v) => (v === null ? null : -v));
-    for (const [name, values] of Object.entries({ ...more, time })) {
-      const row = (kept[name] ??= []);
-      row.push(...values);
-      if (row.length > KEEP) row.splice(0, row.length - KEEP);
-    }
+    more.plus = more.kalman_band;
+    more.minus = more.kalman_band.map((v) => (v === null ? null : -v));
+    keepers[unit].take(time, more);
   }
 
-  // What is off the screen is drawn, too, if all is wanted: for a picture, or to stand.
+  // What stands is drawn once, and with it what is off the screen: for a picture, too.
   function draw(all = false) {
     waiting = false;
-    const kept = units[shown];
-    if (!kept?.time.length || studio.timeline.stands()) return;
-    for (const one of plots) if (all || isSeen(one.place)) one.plot.setData([kept.time, ...one.names.map((name) => kept[name])]);
+    const kept = keepers[shown];
+    if (!kept?.fine.time.length || (studio.timeline.stands() && !all)) return;
+    const [min, max] = studio.timeline.window(...kept.reach());
+    for (const { plot, place, names } of plots) {
+      if (!all && !isSeen(place)) continue;
+      const data = kept.between(["time", ...names], min, max);
+      plot.batch(() => { plot.setData(data, false); plot.setScale("x", { min, max }); });
+    }
   }
 
   function paint(unit, now) {
@@ -171,7 +169,7 @@ window.studio = (() => {
 
   function frame(f) {
     if (f.begun !== begun) {
-      for (const kept of Object.values(units)) for (const row of Object.values(kept)) row.length = 0;
+      for (const kept of Object.values(keepers)) kept.forget();
       studio.timeline.forget();
     }
     begun = f.begun;
@@ -180,7 +178,7 @@ window.studio = (() => {
     if (now.join() !== on.join()) {
       on = now;
       plots = strips().map((strip, k) => make(strip, plots[k].place));
-      studio.timeline.whole();
+      draw(true);
     }
     for (const unit of Object.keys(units)) take(unit, f.columns.time, f.columns[unit]);
     paint(shown, f.circuit[shown]);
@@ -367,5 +365,5 @@ window.studio = (() => {
     input.dispatchEvent(new Event("change", { bubbles: true }));
   });
 
-  return { beat, newest, watch, isSeen, begin, show, frame, track, studied, forget, draw, css, element, upright, heading, plots: () => plots, shown: () => shown, count: () => drawn, units, seen };
+  return { beat, newest, watch, isSeen, begin, show, frame, track, studied, forget, draw, css, element, upright, heading, plots: () => plots, shown: () => shown, reach: () => keepers[shown].reach(), count: () => drawn, units, seen };
 })();

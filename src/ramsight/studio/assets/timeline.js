@@ -1,35 +1,49 @@
-// The time of the strips: one cursor for all, a part of the time to look at, marks of what happened, a picture.
+// The time of the strips: one cursor for all, how much of it is shown, marks of what happened, a picture.
 "use strict";
 studio.timeline = (() => {
   const KEPT = 500; // marks
   const LEAST = 4; // pixels; a drag that is shorter is a click
   const place = (id) => document.getElementById(id);
-  let marks = [], stands = false;
+  const SPANS = { "30s": 30, "2min": 120, "10min": 600, all: Infinity }; // s
+  let marks = [], part = null, span = SPANS["2min"]; // what stands, from and to; else the newest
 
   // Only the cursor goes to the other strips: what is dragged over in one is set for all by `zoomed`.
   const moves = (type) => type === "mousemove" || type === "mouseleave";
   const cursor = { drag: { x: true, y: false, setScale: false }, sync: { key: "strips", filters: { pub: moves, sub: moves } } };
 
-  // What is drawn then is a copy: what the strips keep goes on.
+  // What is shown of a time that is kept; the slider stands where that ends.
+  function shown(first, newest) {
+    const found = part ?? [Math.max(first, newest - span), Math.max(newest, first + 1e-3)], back = place("strips-back");
+    if (!back) return found;
+    const least = Math.min(first + span, newest);
+    Object.assign(back, { min: least, max: newest, disabled: least >= newest });
+    if (back !== document.activeElement || !part) back.value = found[1];
+    back.setAttribute("aria-valuetext", `${found[0].toFixed(0)} to ${found[1].toFixed(0)} s`);
+    return found;
+  }
+
+  // A part that stands while the machine goes on; none for the newest.
   function stand(on) {
-    if (on && !stands) studio.draw(true);
-    if (on && !stands) for (const { plot } of studio.plots()) plot.setData(plot.data.map((row) => row.slice()), false);
-    stands = on;
-    place("strips-pause")?.setAttribute("aria-pressed", `${on}`);
+    part = on;
+    place("strips-pause")?.setAttribute("aria-pressed", `${part !== null}`);
+    studio.draw(true);
   }
 
   function zoomed(plot) {
     const { left, width } = plot.select;
     if (width < LEAST) return;
-    const [min, max] = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+    const over = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
     plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
-    stand(true);
-    for (const one of studio.plots()) one.plot.setScale("x", { min, max });
+    stand(over);
   }
 
-  function whole() {
-    stand(false);
-    studio.draw();
+  const now = () => { const { min, max } = studio.plots()[0].plot.scales.x; return [min, max]; };
+  const whole = () => stand(null);
+
+  function spanned(name) {
+    span = SPANS[name] ?? span;
+    for (const one of document.querySelectorAll("[data-span]")) one.setAttribute("aria-pressed", `${SPANS[one.dataset.span] === span}`);
+    stand(null);
   }
 
   function happened(more) {
@@ -105,10 +119,20 @@ studio.timeline = (() => {
 
   addEventListener("click", (event) => {
     const id = event.target.closest?.("button")?.id;
-    if (id === "strips-pause") stands ? whole() : stand(true);
+    if (id === "strips-pause") stand(part ? null : now());
     if (id === "strips-whole") whole();
     if (id === "strips-picture") picture();
+    const name = event.target.closest?.("[data-span]")?.dataset.span;
+    if (name) { spanned(name); studio.renew(); }
+  });
+  addEventListener("input", ({ target }) => {
+    if (target.id !== "strips-back") return;
+    const to = Number(target.value);
+    stand(to >= Number(target.max) ? null : [to - Math.min(span, to - studio.reach()[0]), to]);
   });
 
-  return { cursor, rows, zoomed, whole, happened, marked, stands: () => stands, marks: () => marks, forget: () => { marks = []; stand(false); } };
+  return {
+    cursor, rows, zoomed, whole, happened, marked, spanned, window: shown, stands: () => part !== null, marks: () => marks,
+    span: () => Object.keys(SPANS).find((one) => SPANS[one] === span), forget: () => { marks = []; part = null; place("strips-pause")?.setAttribute("aria-pressed", "false"); },
+  };
 })();
