@@ -13,7 +13,7 @@ if CHROMIUM is None:
 
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync",
+    "--disable-component-update", "--disable-sync", "--disable-gpu-watchdog",
 ]  # fmt: skip
 
 
@@ -24,6 +24,32 @@ def launched():
         found = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield found
         found.close()
+
+
+def wrong_on(page, *places):
+    """What goes wrong on a page from now on, as a list that grows: its errors, and what it fetches from elsewhere.
+
+    A connection that a busy computer is too slow for is tried again, and no error of the page.
+    """
+    wrong = []
+
+    def said(message):
+        if message.type == "error" and not message.text.startswith("WebSocket connection to"):
+            wrong.append(message.text)
+
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on("console", said)
+    page.on("request", lambda r: None if not places or r.url.startswith((*places, "data:")) else wrong.append(r.url))
+    return wrong
+
+
+def nothing(wrong, page):
+    """Assert that nothing has gone wrong so far; what ends with the page that closes is no error of it."""
+    if not page.is_closed():
+        page.evaluate("0")  # whatever was said before has come with the answer
+    found = list(wrong)
+    page.context.close()
+    assert found == [], "\n".join(found)
 
 
 def violations(page):

@@ -13,7 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from .chromium import launched
+from .chromium import launched, nothing, wrong_on
 from .waiting import PATIENCE, wait_for
 
 TRACES = Path(__file__).parent / "traces"
@@ -101,14 +101,11 @@ def runs(page, address):
 def page(loader, visitor):
     """A page of the loader, which must fetch nothing from elsewhere and have no errors."""
     address, _ = loader
-    opened, wrong = visitor(), []
-    opened.on("pageerror", lambda error: wrong.append(str(error)))
-    opened.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
-    opened.on("request", lambda r: None if r.url.startswith((address, "data:", "blob:")) else wrong.append(r.url))
+    opened = visitor()
+    wrong = wrong_on(opened, address, "blob:")
     runs(opened, f"{address}?play=none")
     yield opened
-    opened.context.close()
-    assert wrong == []
+    nothing(wrong, opened)
 
 
 FIXTURES = browser, loader, visitor, page

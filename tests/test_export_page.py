@@ -123,16 +123,15 @@ def browser():
 @pytest.fixture
 def page(browser, written):
     """The page from the disk with its first example; it must fetch nothing and have no errors."""
+    from .chromium import nothing, wrong_on
+
     context = browser.new_context(viewport={"width": 1280, "height": 900})
-    opened, wrong = context.new_page(), []
-    opened.on("pageerror", lambda error: wrong.append(str(error)))
-    opened.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
-    opened.on("request", lambda r: None if r.url.startswith((written.as_uri(), "data:")) else wrong.append(r.url))
+    opened = context.new_page()
+    wrong = wrong_on(opened, written.as_uri())
     opened.goto(written.as_uri())
     shown(opened)
     yield opened
-    context.close()
-    assert wrong == []
+    nothing(wrong, opened)
 
 
 def shown(page):
