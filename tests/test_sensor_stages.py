@@ -22,11 +22,12 @@ from ramsight.sensor.checks.drive_check import DriveChecks
 from ramsight.sensor.checks.power_check import COPPER, GAIN, IRON, PowerReading, PowerState
 from ramsight.sensor.checks.pressure_check import PressureCheckState, check_pressures
 from ramsight.sensor.circuit.leakage import LeakageState, leakage_law
-from ramsight.sensor.circuit.load import LoadState
+from ramsight.sensor.circuit.load import LoadState, _give_alone
 from ramsight.sensor.circuit.load_release import Release, UnheldState, release_load
 from ramsight.sensor.circuit.pressures import MeasuredPressures, PressureState
 from ramsight.sensor.circuit.relief import passed_share
 from ramsight.sensor.circuit.rest import UnseenLoadState, creep, load_std, unseen_load
+from ramsight.sensor.contacts.contact_release import Holding, ReleaseState, _load_before
 from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case, with_case
 from ramsight.sensor.inputs.intake import IntakeState, TemperatureState, TorqueState, check_inputs
 from ramsight.sensor.inputs.magnets import MagnetState, correct_torque
@@ -1024,3 +1025,30 @@ def test_a_sum_over_a_longer_time_has_fewer_chances():
 
 def test_numbers_of_the_boom_are_those_of_its_limits():
     assert of_machine(BOOM_MODEL.relief_load) == pytest.approx(limits_of(BOOM).load)
+
+
+# A load on one chamber, and from before the piston stood.
+
+
+@pytest.mark.parametrize("more", [0.5, 2.0])
+def test_oil_of_one_chamber_gives_way_at_least_as_far_as_that_of_both(more):
+    unit, capacity = UNITS["mining-loader boom"], 2e-12
+    alone = capacity / float(unit.cylinder.area(unit.held)) ** 2
+    model = SimpleNamespace(unit=unit, trapped_oil=lambda _: (ca.SX(1e-3), ca.SX(capacity)))
+    assert value(_give_alone(ca.SX(more * alone), ca.SX(0.3), model)) == pytest.approx(max(more, 1.0) * alone)
+
+
+@pytest.mark.parametrize(
+    ("started", "keeps", "load", "least", "largest"),
+    [(1.0, 0.0, 100.0, 100.0, 150.0), (1.0, 0.0, 300.0, 250.0, 300.0), (0.0, 0.0, 100.0, 100.0, 100.0),
+     (0.0, 1.0, 100.0, 200.0, 200.0), (1.0, 1.0, 300.0, 200.0, 200.0)],
+)  # fmt: skip
+def test_a_load_from_before_is_forgotten_within_its_memory_and_at_once_when_samples_begin(
+    started, keeps, load, least, largest
+):
+    lately = replace(made(ReleaseState, rest=None), load_least=ca.SX(200.0), load_largest=ca.SX(200.0))
+    now, step = sample(started=started, elapsed=0.5 * by.MEMORY_TIME), step_of(value=load)
+    for direction, before in ((1.0, least), (-1.0, largest)):
+        piston = made(Holding, keeps_load=ca.SX(keeps), direction=ca.SX(direction))
+        found = _load_before(lately, now, step, piston, SimpleNamespace(lift=1.0))
+        assert [value(one) for one in found] == pytest.approx([least, largest, before])
