@@ -38,7 +38,7 @@ FILES = (
 TESTS = (
     "test_sensor_boundaries test_belief_guards test_reach test_pressing test_mutants_sensor test_sensor_stages "
     "test_sensor_pieces test_hypotheses test_emptiness test_mode test_closed_volume test_reading "
-    "test_repeated_contacts test_contact test_load_observer test_kalman"
+    "test_repeated_contacts test_contact test_constants test_load_observer test_kalman"
 )
 _FILES_OF_TESTS = " ".join(f"{name}.py" for name in TESTS.split())
 _SWAPPED = {

@@ -399,20 +399,35 @@ def test_what_no_machine_is_no_estimate_is(quantity, least, most):
             )
 
 
-def teaches_leakage(shows, change, by):
-    """Whether a torque teaches the leakage that shows so much of a load, changes [N m] and follows the factor [N m]."""
+def shown_by(shows, change, by, by_compliance=0.0, of=30.0):
+    """What a torque [N m] teaches that shows so much of a load, changes [N m] and follows the factors [N m]."""
     after_a_second = SimpleNamespace(
-        sample=SimpleNamespace(elapsed=ca.SX(1.0), motor_speed=ca.SX(50.0), motor_torque=ca.SX(30.0)),
+        sample=SimpleNamespace(elapsed=ca.SX(1.0), motor_speed=ca.SX(50.0), motor_torque=ca.SX(of)),
         step=SimpleNamespace(torque=torque(shows=shows, change=change), load=SimpleNamespace(empty=NO)),
         linearised_at={Quantity.LEAKAGE: ca.SX(1.0), Quantity.COMPLIANCE: ca.SX(1.0)},
-        torque_by={Quantity.LEAKAGE: ca.SX(by), Quantity.COMPLIANCE: ca.SX(0.0)},
+        torque_by={Quantity.LEAKAGE: ca.SX(by), Quantity.COMPLIANCE: ca.SX(by_compliance)},
         checks=SimpleNamespace(unless_contradicted=lambda flag: flag),
     )
     hold = SimpleNamespace(press=SimpleNamespace(decided=NO), pushing=NO, draws=NO, held=NO)
     met = SimpleNamespace(contact=SimpleNamespace(hold=hold), relief=SimpleNamespace(probability=NO))
     state = UpdateState.initial(Assumptions(), ())
     _, evidence = _torque_evidence(state, after_a_second, met, SimpleNamespace(assumed=Assumptions()))
-    return bool(value(evidence.teaches[Quantity.LEAKAGE]))
+    return evidence
+
+
+def teaches_leakage(shows, change, by):
+    """Whether it teaches the leakage."""
+    return bool(value(shown_by(shows, change, by).teaches[Quantity.LEAKAGE]))
+
+
+def test_errors_of_a_torque_add_up():
+    def variance(**how):
+        return value(shown_by(0.0, 0.0, 10.0, **how).R)
+
+    plain = variance(of=0.0)
+    friction, model = variance() - plain, variance(of=0.0, by_compliance=20.0) - plain
+    assert min(friction, model) > 0.0
+    assert variance(by_compliance=20.0) == pytest.approx(plain + friction + model)
 
 
 @decides(0.02)

@@ -2,12 +2,14 @@
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import casadi as ca
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ramsight.sensor.contacts.contact import _mode
 from ramsight.sensor.contacts.mode import FREE, HELD, TRANSITIONS, Mode, is_in, next_mode
 
 CONDITIONS = sorted({row.when for row in TRANSITIONS} - {"otherwise"})
@@ -57,6 +59,32 @@ def test_a_mode_is_in_what_it_is_in(mode):
 def test_a_missing_condition_is_an_error():
     with pytest.raises(KeyError, match="released"):
         next_mode(ca.DM(0.0), {name: 0.0 for name in CONDITIONS if name != "released"})
+
+
+@pytest.mark.parametrize(
+    ("so", "after"),
+    [
+        ({}, Mode.RESTING_ON_VALVE),
+        ({"shows": 1.0}, Mode.RESTING_ON_PUMP),
+        ({"shows": 1.0, "turns": 1.0}, Mode.MOVING),
+        ({"turns": 1.0, "relief": 0.01}, Mode.OVER_RELIEF),
+        ({"relief": 0.01, "empty": 1.0}, Mode.EMPTY),
+        ({"empty": 1.0, "stopped": 1.0, "way": -1.0}, Mode.HELD_RETRACTING),
+        ({"empty": 1.0, "stopped": 1.0, "way": 1.0}, Mode.HELD_EXTENDING),
+    ],
+)
+def test_a_free_piston_does_what_is_seen_of_it(so, after):
+    seen = {name: ca.SX(so.get(name, 0.0)) for name in ("shows", "turns", "relief", "empty", "stopped", "way")}
+    state = SimpleNamespace(mode=ca.SX(float(Mode.MOVING)), left_from=ca.SX(0.0))
+    step = SimpleNamespace(
+        motion=SimpleNamespace(noise=ca.SX(1e-4)),
+        load=SimpleNamespace(empty=seen["empty"]),
+        torque=SimpleNamespace(shows=seen["shows"]),
+    )
+    now = SimpleNamespace(position=ca.SX(0.3), relief=seen["relief"])
+    motor = SimpleNamespace(way=seen["way"], turns=seen["turns"])
+    found = _mode(state, step, now, ca.SX(0.0), motor, seen["stopped"])
+    assert Mode(int(ca.evalf(found))) is after
 
 
 def test_the_page_has_the_table():

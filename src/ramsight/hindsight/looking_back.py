@@ -98,14 +98,15 @@ def looked_back(
     said = {name: gone.said[name] for name in JUDGED}
     passes, back = 1, None
     if gone.states[-1][order.index(IS_REFERENCED)] > 0.0:
-        back = _backward(gone, advance)
+        back = _backward(gone, wanted, advance)
     while back is not None and not is_known and passes < PASSES:
         start, std = back.positions.start
         if abs(start - begun[position]) < CLOSE * std:
             break
         begun[position] = start
+        del gone, back  # a long log fills the memory once
         gone = gone_through(tracer, inputs, time, begun, wanted, advance)
-        back, passes = _backward(gone, advance), passes + 1
+        back, passes = _backward(gone, wanted, advance), passes + 1
     found = gone.said if back is None else gone.said | back.learned | said_of(back.positions, back.aside, tracer.unit)
     track, live = (said_signals(tracer.sensor, clock, one) for one in (found, said))
     columns = {**track.columns, **{f"{LIVE}{name}": live[name] for name in JUDGED}}
@@ -114,8 +115,8 @@ def looked_back(
     return LookedBack(replace(track, columns=columns), after, passes, gone.innovations.text)
 
 
-def _backward(gone: Forward, advance: Advance) -> _Backward:
-    """The smoother, block after block from the last one."""
+def _backward(gone: Forward, names: Collection[str], advance: Advance) -> _Backward:
+    """The smoother, block after block from the last one; what was learned by these names."""
     tracer, samples = gone.tracer, len(gone.inputs)
     stroke = float(tracer.unit.cylinder.stroke)
     unknown = gone.innovations.unknown(gone.said[POSITION], gone.by_start)
@@ -131,7 +132,8 @@ def _backward(gone: Forward, advance: Advance) -> _Backward:
             smoothed = smoothed.followed(trace)
         position[span], variance[span] = smoothed.mean[..., 0], smoothed.variance[..., 0]
         part = {name: trace.aside[name][: span.stop - span.start] for name in ASIDE_SAID}
-        for name, one in (part | _learned(smoothed, tracer, gone.log_weight)).items():
+        learned = {name: one for name, one in _learned(smoothed, tracer, gone.log_weight).items() if name in names}
+        for name, one in (part | learned).items():
             found.setdefault(name, np.empty(samples))[span] = one
         advance((span.stop - span.start) / samples)
     aside = {name: found.pop(name) for name in ASIDE_SAID}

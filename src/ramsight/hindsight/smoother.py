@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.hindsight.trace import Trace
+from ramsight.hindsight.trace import Trace, updates_in
 
 Array = NDArray[np.float64]
 _LEAST = 1e-12  # of a variance over itself: a matrix of what is known exactly has an inverse
@@ -67,7 +67,7 @@ def backward(trace: Trace, ahead: Ahead, stroke: float) -> tuple[Smoothed, Ahead
     n, k, size = trace.mean.shape
     mean, variance = np.empty((n - 1, k, size)), np.empty((n - 1, k, size))
     way = np.cumsum(trace.travel_by, axis=0)
-    knots = np.flatnonzero(_updates(trace))
+    knots = np.flatnonzero(updates_in(trace.parent, trace.independent, trace.aside))
     ends = [0, *knots[(knots > 0) & (knots < n - 1)].tolist(), n - 1]
     for first, last in zip(ends[-2::-1], ends[:0:-1], strict=True):
         span = slice(first, last)
@@ -81,13 +81,6 @@ def backward(trace: Trace, ahead: Ahead, stroke: float) -> tuple[Smoothed, Ahead
         variance[span] = np.diagonal(covariance, axis1=2, axis2=3) + (pulled * cross).sum(axis=-1)
         ahead = Ahead(mean[first], covariance[0] + pulled[0] @ np.swapaxes(cross[0], -1, -2), place)
     return Smoothed(mean, np.maximum(variance, 0.0)), ahead
-
-
-def _updates(trace: Trace) -> NDArray[np.bool_]:
-    """Where something was measured, or a hypothesis continues another one."""
-    other = (trace.parent != np.arange(trace.parent.shape[1])) | trace.independent
-    updates: NDArray[np.bool_] = (trace.aside["updated"] > 0.0) | (trace.aside["put_back"] != 0.0) | other.any(axis=1)
-    return updates
 
 
 def _pulls(trace: Trace, at: int, place: NDArray[np.int64], ahead: Ahead, stroke: float) -> tuple[Array, Array]:

@@ -88,7 +88,7 @@ class Trace:
     """What the hypotheses were in consecutive samples."""
 
     # mean_before, covariance_before: before a measurement, shapes (samples, hypotheses, quantities) and (samples,
-    # hypotheses, quantities, quantities) [SI]
+    # hypotheses, quantities, quantities) [SI]; the latter where `updates_in` says so, and in the last sample
     mean_before: Array
     covariance_before: Array
     # mean, covariance: after it, of the same shapes
@@ -98,6 +98,15 @@ class Trace:
     independent: NDArray[np.bool_]  # whether its position is another one since then, of the same shape
     travel_by: Array  # derivatives of the travel by the quantities, shape (samples, quantities); 0 by the position
     aside: Mapping[str, Array]  # by the names in `ASIDE`, shape (samples,)
+
+
+def updates_in(
+    parent: NDArray[np.int64], independent: NDArray[np.bool_], aside: Mapping[str, Array]
+) -> NDArray[np.bool_]:
+    """In which samples something was measured, or a hypothesis continues another one; each as in `Trace`."""
+    other = (parent != np.arange(parent.shape[1])) | independent
+    updates: NDArray[np.bool_] = (aside["updated"] > 0.0) | (aside["put_back"] != 0.0) | other.any(axis=1)
+    return updates
 
 
 @dataclass(frozen=True)
@@ -165,26 +174,31 @@ class Tracer:
         travel_by = np.zeros((len(rows), n))
         travel_by[:, [self.layout.quantities.index(one) for one in self.layout.steps]] = rows[:, at["travel_by"]]
         aside = self.aside(rows)
-        covariance_before, covariance = (self._square(rows[:, at[one]]) for one in ("covariance_before", "covariance"))
+        parent, independent = rows[:, at["parent"]].astype(np.int64), rows[:, at["independent"]] > 0.5  # 0 or 1
+        needed = updates_in(parent, independent, aside)
+        needed[-1:] = True
         start = self.start_variance * aside["by_start"]
-        covariance_before[:, :, 0, 0] += (start + unknown[:, 0])[:, None]
+        covariance, before = self._square(rows, "covariance"), np.zeros((len(rows), k, n, n))
+        before[needed] = self._square(rows[needed], "covariance_before")
+        before[needed, :, 0, 0] += (start + unknown[:, 0])[needed, None]
         covariance[:, :, 0, 0] += (np.append(start[1:], 0.0) + unknown[:, 1])[:, None]
         return Trace(
             mean_before=rows[:, at["mean_before"]].reshape(-1, k, n),
-            covariance_before=covariance_before,
+            covariance_before=before,
             mean=rows[:, at["mean"]].reshape(-1, k, n),
             covariance=covariance,
-            parent=rows[:, at["parent"]].astype(np.int64),
-            independent=rows[:, at["independent"]] > 0.5,  # 0 or 1
+            parent=parent,
+            independent=independent,
             travel_by=travel_by,
             aside=aside,
         )
 
-    def _square(self, triangles: Array) -> Array:
-        """Covariances of their upper triangles."""
-        n = len(self.layout.quantities)
-        each = triangles.reshape(len(triangles), self.layout.hypotheses, -1)
-        return each[..., self.layout.square].reshape(*each.shape[:2], n, n)
+    def _square(self, rows: Array, name: str) -> Array:
+        """Covariances of all hypotheses, of their upper triangles."""
+        k, n, m = self.layout.hypotheses, len(self.layout.quantities), len(self.layout.pairs)
+        places = self.layout.spans[name].start + m * np.arange(k)[:, None] + self.layout.square
+        found: Array = np.take(rows, places.ravel(), axis=1, mode="clip").reshape(-1, k, n, n)
+        return found
 
 
 def _traced(unit: HydraulicUnit) -> VirtualSensor:
