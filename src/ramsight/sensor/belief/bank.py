@@ -28,7 +28,7 @@ from ramsight.sensor.belief.bank_state import ENDS, BankState, StartOfPosition, 
 from ramsight.sensor.belief.hypothesis import Hypothesis, choose
 from ramsight.sensor.belief.lineage import parents, used
 from ramsight.sensor.belief.measurement import Applied, Measurement, applied, tempered
-from ramsight.sensor.belief.mixture import Mixture, bayes, flag_of_likeliest, of_likeliest
+from ramsight.sensor.belief.mixture import Mixture, bayes, flag_of_likeliest, of_likeliest, weighed_where
 from ramsight.sensor.belief.reach import Reach
 from ramsight.sensor.belief.renewal import Measured, Placed, renewal, unknown_begun
 from ramsight.sensor.contacts.contact_state import Hold
@@ -93,18 +93,8 @@ class Bank:
             elapsed: since the last one [s].
             start: what is known of the position at the first sample.
         """
-        unknown2, stops = (0.5 * model.stroke) ** 2, model.assumed.stops
-        entered = all_of(start.first, start.known, start.entered)
-        wrong2 = ca.if_else(entered, start.variance + (stops.elsewhere * model.stroke) ** 2, unknown2)
-        begun = []
-        for kind, h in zip(model.kinds, state.hypotheses, strict=True):
-            least = wrong2 if kind == Kind.UNKNOWN_POSITION else ca.if_else(start.known, start.variance, unknown2)
-            at_first = ca.if_else(start.first, least, 0.0)
-            if kind == Kind.UNKNOWN_POSITION:
-                h = h.with_log_weight(ca.if_else(entered, math.log(stops.entered), h.log_weight))
-            begun.append(h.with_covariance(h.covariance.at_least(Quantity.POSITION, at_first)))
-        state = replace(state, hypotheses=tuple(begun), entered=any_of(entered, state.entered))
-        together = Mixture.of(begun, cls._assumed(state, model))
+        state = state.begun(start, model.assumed.stops, model.stroke, model.kinds)
+        together = Mixture.of(state.hypotheses, cls._assumed(state, model))
         return cls(state, together, model, position, elapsed)
 
     @staticmethod
@@ -317,10 +307,7 @@ class Bank:
     def weighed(self, use: Flag, evidence: Sequence[Real]) -> Bank:
         """With each hypothesis likelier by its evidence, a logarithm, where there is some."""
         changed = bayes(self.hypotheses, evidence)
-        after = tuple(
-            old.with_log_weight(ca.if_else(use, new.log_weight, old.log_weight))
-            for new, old in zip(changed, self.hypotheses, strict=True)
-        )
+        after = tuple(weighed_where(use, changed, self.hypotheses))
         return replace(
             self, state=replace(self.state, hypotheses=after), together=self.together.reweighed(after, use, changed)
         )

@@ -1,13 +1,16 @@
-"""What the hypotheses are before the first sample, and what is kept of them."""
+"""What the hypotheses are before the first sample and at it, with their priors, and what is kept of them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import casadi as ca
 
 from ramsight.engine.typed_state import leaf
-from ramsight.expression import Flag, Scalar, scalar
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, scalar
+from ramsight.machine.assumption_description import AssumedStops
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.hypothesis import Hypothesis
 from ramsight.sensor.covariance import Covariance
@@ -19,6 +22,23 @@ STEP_QUANTITIES = (Quantity.LEAKAGE, Quantity.DISPLACEMENT, Quantity.COMPLIANCE,
 
 ENDS = (Quantity.LOW, Quantity.TOP)
 """Where the stroke ends. Under a hypothesis whose end is elsewhere the position is as uncertain as that place."""
+
+
+@dataclass(frozen=True)
+class StartOfPosition:
+    """What is known of the position at the first sample.
+
+    Attributes:
+        first: whether this is it.
+        known: whether a position is known at all.
+        entered: whether somebody entered it.
+        variance: of it [m2].
+    """
+
+    first: Flag
+    known: Flag
+    entered: Flag
+    variance: Scalar
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +111,27 @@ class BankState:
             found.append(Hypothesis(mean=mean, covariance=Covariance.diagonal(std), log_weight=weight))
         return cls(hypotheses=tuple(found))
 
+    def begun(self, start: StartOfPosition, stops: AssumedStops, stroke: Real, kinds: Sequence[Kind]) -> BankState:
+        """At the beginning of a sample; at the first one the position is as uncertain as the start.
+
+        Args:
+            start: what is known of the position at the first sample.
+            stops: what is assumed of them.
+            stroke: of the cylinder [m].
+            kinds: of the hypotheses.
+        """
+        unknown2 = (0.5 * stroke) ** 2
+        entered = all_of(start.first, start.known, start.entered)
+        wrong2 = ca.if_else(entered, start.variance + (stops.elsewhere * stroke) ** 2, unknown2)
+        found = []
+        for kind, h in zip(kinds, self.hypotheses, strict=True):
+            least = wrong2 if kind == Kind.UNKNOWN_POSITION else ca.if_else(start.known, start.variance, unknown2)
+            at_first = ca.if_else(start.first, least, 0.0)
+            if kind == Kind.UNKNOWN_POSITION:
+                h = h.with_log_weight(ca.if_else(entered, math.log(stops.entered), h.log_weight))
+            found.append(h.with_covariance(h.covariance.at_least(Quantity.POSITION, at_first)))
+        return replace(self, hypotheses=tuple(found), entered=any_of(entered, self.entered))
+
 
 def stepping(assumptions: Assumptions) -> tuple[Quantity, ...]:
     """The quantities that a step of the balance is made with."""
@@ -126,20 +167,3 @@ def _prior_std(
     if thermometer.offset > 0.0:
         std[Quantity.WARMER] = thermometer.offset
     return std
-
-
-@dataclass(frozen=True)
-class StartOfPosition:
-    """What is known of the position at the first sample.
-
-    Attributes:
-        first: whether this is it.
-        known: whether a position is known at all.
-        entered: whether somebody entered it.
-        variance: of it [m2].
-    """
-
-    first: Flag
-    known: Flag
-    entered: Flag
-    variance: Scalar

@@ -32,6 +32,12 @@ def bayes(hypotheses: Sequence[Hypothesis], evidence: Sequence[Real]) -> list[Hy
     return [h.with_log_weight(ca.fmax(w - largest, LOG_WEIGHT_LEAST)) for h, w in zip(hypotheses, weights, strict=True)]
 
 
+def weighed_where(use: Flag, weighed: Sequence[Hypothesis], otherwise: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Hypotheses with the weights that evidence leads to, where there is some; they differ in nothing else."""
+    both = zip(weighed, otherwise, strict=True)
+    return [old.with_log_weight(ca.if_else(use, new.log_weight, old.log_weight)) for new, old in both]
+
+
 def of_likeliest(hypotheses: Sequence[Hypothesis], values: Sequence[Real]) -> Scalar:
     """The value that belongs to the likeliest hypothesis."""
     largest, chosen = largest_weight(hypotheses), values[-1]

@@ -8,7 +8,7 @@ After a measurement of the place
 3. *unknown position* begins again: what became wrong since is likelier by now than what was wrong before. Where the
    measurement may well have been of something else, it is that, and its position goes on as it was before.
 
-This and the priors (`BankState.initial`) are the places that set a weight; all else is Bayes' rule (`Bank.weighed`).
+This and the priors (`bank_state`) are the places that set a weight; all else is Bayes' rule (`mixture`).
 """
 
 from __future__ import annotations
