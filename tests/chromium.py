@@ -17,6 +17,10 @@ FLAGS = [
 ]  # fmt: skip
 
 
+OF_THE_BROWSER = ("WebSocket connection to", "net::ERR_", "WebGL context")
+"""What errors name that are none of a page: a connection or a GPU process that a busy computer is too slow for."""
+
+
 @contextlib.contextmanager
 def launched():
     """A Chromium that is closed in the end."""
@@ -27,14 +31,11 @@ def launched():
 
 
 def wrong_on(page, *places):
-    """What goes wrong on a page from now on, as a list that grows: its errors, and what it fetches from elsewhere.
-
-    A connection that a busy computer is too slow for is tried again, and no error of the page.
-    """
+    """What goes wrong on a page from now on, as a list that grows: its errors, and what it fetches from elsewhere."""
     wrong = []
 
     def said(message):
-        if message.type == "error" and not message.text.startswith("WebSocket connection to"):
+        if message.type == "error" and not any(one in message.text for one in OF_THE_BROWSER):
             wrong.append(message.text)
 
     page.on("pageerror", lambda error: wrong.append(str(error)))
