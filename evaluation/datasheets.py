@@ -64,13 +64,18 @@ def found() -> dict[str, dict[str, Any]]:
     return {name: json.loads((SHEETS / f"{name}.json").read_text()) for name in STUDIES}
 
 
+def _millimetres(value: float | None) -> str:
+    """A length [m]; a dash where no machine came so far."""
+    return "–" if value is None else f"{1e3 * value:.1f}"
+
+
 def table(sheets: dict[str, dict[str, Any]]) -> list[str]:
     """What the sheets say, a machine a line."""
     head = ("sheet", "machines", "before", "after 1", "after 2", "after 3", "… of 95 % of machines", "ok", "while ok")
     rows = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for name, sheet in sheets.items():
-        errors = [f"{1e3 * one['quantiles'][1]['value']:.1f}" for one in sheet["accuracy"]]
-        taught = f"{1e3 * sheet['accuracy'][3]['machine']['value']:.1f}"
+        errors = [_millimetres(one["quantiles"][1]["value"]) for one in sheet["accuracy"]]
+        taught = _millimetres(sheet["accuracy"][3]["machine"]["value"])
         said = f"{100 * sheet['validity']['ok']:.0f} %"
         cells = [f"[{name}](../sheets/{name}.html)", str(sheet["machines"]), *errors[:4], taught, said, errors[4]]
         rows.append(f"| {' | '.join(cells)} |")

@@ -9,8 +9,10 @@ import pytest
 import xarray
 from scipy.stats import chi2
 
+from ramsight.machine import load_machine
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.balance import balance
+from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.plant.valve import ReliefValve
 from ramsight.sensor.assumptions import Assumptions
@@ -122,6 +124,13 @@ def test_each_way_of_the_pump_presses_on_one_side():
     """The manifold's sides of a direct driven unit, by the direction of its load."""
     found = balance(UNITS["mining-loader boom"])
     for node, way in (("manifold_a", 1.0), ("manifold_b", -1.0)):
+        assert (delivers(found, node, way), delivers(found, node, -way)) == (True, False)
+
+
+def test_a_pump_that_turns_one_way_presses_where_its_valve_leads():
+    """A small actuator, whose motor at its highest speed would fill its hoses within a sample."""
+    found = balance(build(load_machine("eha-valve-rig").unit("axis"), "axis"))
+    for node, way in (("chamber_a", 1.0), ("chamber_b", -1.0)):
         assert (delivers(found, node, way), delivers(found, node, -way)) == (True, False)
 
 

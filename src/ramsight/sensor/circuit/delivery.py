@@ -7,7 +7,7 @@ from typing import Any
 
 from ramsight.plant.balance import Balance
 from ramsight.plant.oil import T40
-from ramsight.sensor.thresholds import SAMPLE, VALVE_SETTLED
+from ramsight.sensor.thresholds import MIXED_FRICTION_SPEED, SAMPLE, VALVE_SETTLED
 
 
 @lru_cache(maxsize=256)
@@ -24,10 +24,8 @@ def delivers(balance: Balance, node: str, way: float) -> bool:
     # A motor that turns one way only fills either chamber as its valve is commanded.
     commands = dict.fromkeys(balance.model.commands, way)
     turns = 1.0 if commands else way
-    p, speed = (
-        balance.parameters_at(balance.values, T40, commands),
-        turns * balance.unit.max_speed,
-    )
+    p = balance.parameters_at(balance.values, T40, commands)
+    speed = turns * MIXED_FRICTION_SPEED  # as slow as a pump surely delivers, so that no valve opens
     z: Any = rest  # an array of numbers at first, then CasADi's
     for _ in range(round(VALVE_SETTLED / SAMPLE)):
         z = balance.step(z, speed, speed, 0.0, 0.0, p, SAMPLE, held=1.0, settles=True).z

@@ -122,7 +122,8 @@ def _places(done: Dataset) -> Figure:
             axes.plot(place[held], middle, color=colour, lw=1.6, marker="o", ms=3, label=word)
     axes.axhline(0.0, color=TRUTH, lw=0.6)
     axes.set(xlabel="place on the stroke [%]", ylabel="mean error [mm]", xlim=(0.0, 100.0))
-    axes.legend(loc="best", ncols=2)
+    if axes.get_legend_handles_labels()[0]:  # after three references, which not every machine comes to
+        axes.legend(loc="best", ncols=2)
     return figure
 
 
