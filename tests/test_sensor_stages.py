@@ -27,7 +27,7 @@ from ramsight.sensor.circuit.load_release import Release, UnheldState, release_l
 from ramsight.sensor.circuit.pressures import MeasuredPressures, PressureState
 from ramsight.sensor.circuit.relief import passed_share
 from ramsight.sensor.circuit.rest import UnseenLoadState, creep, load_std, unseen_load
-from ramsight.sensor.contacts.contact_release import Holding, ReleaseState, _load_before
+from ramsight.sensor.contacts.contact_release import Holding, ReleaseState, _load_before, _moved_in_vain
 from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case, with_case
 from ramsight.sensor.inputs.intake import IntakeState, TemperatureState, TorqueState, check_inputs
 from ramsight.sensor.inputs.magnets import MagnetState, correct_torque
@@ -1052,3 +1052,19 @@ def test_a_load_from_before_is_forgotten_within_its_memory_and_at_once_when_samp
         piston = made(Holding, keeps_load=ca.SX(keeps), direction=ca.SX(direction))
         found = _load_before(lately, now, step, piston, SimpleNamespace(lift=1.0))
         assert [value(one) for one in found] == pytest.approx([least, largest, before])
+
+
+@pytest.mark.parametrize(("times", "share"), [(0.5, 0.5), (1.0, 1.0), (1.5, 1.0)])
+def test_what_was_before_is_forgotten_once_and_not_more_often(times, share):
+    """Leakage of 3 mm/s that was taken for 1 mm/s, and a load of 100 N that was 200 N."""
+    elapsed = times * by.MEMORY_TIME
+    state = replace(
+        made(ReleaseState, rest=None), leakage=ca.SX(1e-3), load_least=ca.SX(200.0), load_largest=ca.SX(200.0)
+    )
+    now = sample(elapsed=elapsed, mean_speed=5.0)
+    step = step_of(free_travel=2e-3 * elapsed, value=100.0)
+    model = SimpleNamespace(travel_per_radian=1e-3, lift=1.0)
+    leakage, _ = _moved_in_vain(state, now, step, ca.SX(0.0), model)
+    assert value(leakage) == pytest.approx(1e-3 + share * 2e-3)
+    piston = made(Holding, direction=ca.SX(-1.0))
+    assert value(_load_before(state, now, step, piston, model)[2]) == pytest.approx(200.0 - share * 100.0)
