@@ -131,6 +131,20 @@ def test_a_machine_is_the_same_whatever_is_beside_it(study, found):
         np.testing.assert_array_equal(alone[name][0], found[name].values[3].astype(alone[name].dtype))
 
 
+def test_threads_make_their_graphs_one_at_a_time(study, monkeypatch):
+    """CasADi counts references without a lock: two threads that plan at once end the process."""
+    locked, drawing = [], machine_tasks.draw
+
+    def watched(*given):
+        locked.append(machine_tasks._PLANS.locked())
+        return drawing(*given)
+
+    monkeypatch.setattr(machine_tasks, "draw", watched)
+    study.run(threads=2)
+    assert len(locked) >= COUNT
+    assert all(locked)
+
+
 def test_each_machine_has_a_duty_and_noise_of_its_own_unless_they_are_to_be_common(study):
     order = study.plan.order(range(3))
     assert len({order.seed_of(number) for number in range(100)}) == 100

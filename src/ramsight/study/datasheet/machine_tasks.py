@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -35,6 +36,7 @@ LOOSER = 30.0
 Over a work day of the boom (32 drawn machines) the position is off by 25 µm in place of 6 (median of each machine's
 largest), and by 0.24 mm at most either way, where a valve opens within another sample.
 """
+_PLANS = threading.Lock()  # CasADi counts references to its graphs without one: one thread at a time makes them
 BESIDE = 32  # machines that are simulated side by side, a task: fewer leave lanes empty at the end, more take memory
 
 
@@ -165,16 +167,11 @@ def runs(bench: Bench, order: Order, rows: Sequence[int]) -> list[Run | Outcome]
     """The duties of some machines of an order, done side by side; of one that does not end, why."""
     made, duties, jobs = [], [], []
     for row in rows:
-        values = dict(zip(order.names, map(float, order.values[row]), strict=True))
-        drawn = draw(bench.described, bench.unit, bench.nominal, values)
-        kelvin = values.get("oil_temperature", _usual(bench))
-        seed = order.seed_of(order.numbers[row])
-        duty = bench.work.duty(bench.sheet, drawn.unit, kelvin, values.get("warming", 0.0), seed)
-        check_temperature(drawn.unit, duty.oil_temperature)
-        check_commands(bench.model, duty)
+        with _PLANS:
+            drawn, seed, duty, job = _planned(bench, order, row)
         made.append((drawn, seed))
         duties.append(duty)
-        jobs.append(_job(bench, drawn, duty))
+        jobs.append(job)
     done = sampled(bench.model.ode, jobs, SAMPLE_PERIOD, rtol=LOOSER * DEFAULT_RTOL, tolerance_scale=LOOSER)
     found: list[Run | Outcome] = []
     for k, (drawn, seed) in enumerate(made):
@@ -183,6 +180,18 @@ def runs(bench: Bench, order: Order, rows: Sequence[int]) -> list[Run | Outcome]
             continue
         found.append(_reported(bench, drawn, duties[k], jobs[k].segments, done.time[k], done.state[k], seed))
     return found
+
+
+def _planned(bench: Bench, order: Order, row: int) -> tuple[Drawn, int, Duty, Job]:
+    """A machine of an order, the seed of its noise, its duty, and the run of it."""
+    values = dict(zip(order.names, map(float, order.values[row]), strict=True))
+    drawn = draw(bench.described, bench.unit, bench.nominal, values)
+    kelvin = values.get("oil_temperature", _usual(bench))
+    seed = order.seed_of(order.numbers[row])
+    duty = bench.work.duty(bench.sheet, drawn.unit, kelvin, values.get("warming", 0.0), seed)
+    check_temperature(drawn.unit, duty.oil_temperature)
+    check_commands(bench.model, duty)
+    return drawn, seed, duty, _job(bench, drawn, duty)
 
 
 def _usual(bench: Bench) -> float:
