@@ -307,7 +307,7 @@ def test_the_columns_are_those_of_the_dataset(found):
     assert data["mass"].attrs["units"] == "kg"
     assert list(found.columns) == [
         "log", "cycle", "time_s", "duration_s", "mass_kg", "mass_std_kg", "mass_low_kg", "mass_high_kg", "direction",
-        "quality", "reason",
+        "quality", "reason", "rated_share", "rated_share_std", "exceeded_probability", "rated_status",
     ]  # fmt: skip
 
 
