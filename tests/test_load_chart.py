@@ -23,8 +23,10 @@ from ramsight.tool.load_chart import LoadChart, LoadStatus, RatedLoad
 from ramsight.tool.tool_place import place_at
 from ramsight.tool.unit_tracks import Others
 from ramsight.tool.weighing_events import Scene, lifts
+from ramsight.tool.weighing_limits import EXCEEDED_FROM, NEAR_FROM
 
 from .command import at_once
+from .shown import ROOT
 
 DESCRIBED = machine.load_machine("mining-loader")
 LINKED = build_linked(DESCRIBED)
@@ -149,6 +151,16 @@ def test_the_status_is_of_the_probability(stds, covered, status):
     found = RatedLoad.of(1.0 + 0.02 * stds, 0.02, covered=covered)
     assert found.status is status
     assert found.exceeded == pytest.approx(0.5 * math.erfc(-stds / math.sqrt(2.0)), rel=1e-6)
+
+
+def test_the_words_of_a_status_have_its_limits():
+    near, exceeded = (f"{100 * one:g}" for one in (NEAR_FROM, EXCEEDED_FROM))
+    assert f"less than {near} %" in LoadStatus.WITHIN.value
+    assert f"{near} to {exceeded} %" in LoadStatus.NEAR.value
+    assert f"{exceeded} % or more" in LoadStatus.EXCEEDED.value
+    page = (ROOT / "docs" / "explanation" / "weighing.md").read_text(encoding="utf-8")
+    for row in (f"less than {near} %", f"{near} to {exceeded} %", f"{exceeded} % or more"):
+        assert f"| {row} |" in page
 
 
 # Lifts

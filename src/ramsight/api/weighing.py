@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from ramsight.plant.linked import build_linked
 from ramsight.signals import Dataset
 from ramsight.tool.force_scale import TERMS, UNITS, Scale, described_scale
 from ramsight.tool.load_chart import LoadChart, LoadStatus
+from ramsight.tool.unit_tracks import Others
 from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing, is_same_load, lifts, weighed
 from ramsight.tool.weighing_limits import EMPTY_SHARE, KNOWN_STD
 from ramsight.units import argument, format_si
@@ -178,12 +179,9 @@ def weigh(
         >>> found.weighings[0].is_good, bool(abs(found.weighings[0].mass - 4150) < 2 * found.weighings[0].std)
         (True, True)
     """
-    linked = build_linked(described := load_machine(machine))
-    if linked.mechanism.load is None or linked.mechanism.rated_payload <= 0.0:
-        raise DescriptionError("is missing: nothing says where a payload acts", key="linkage.payload")
-    named = linked.mechanism.cylinders[0] if unit is None else known_unit(linked, unit)
+    plain = scene_of(machine, unit, inclination)
+    linked, named = plain.machine, plain.unit
     known_map(channel_map)
-    tilt = argument(inclination, "rad", "inclination", least="-30 deg", most="30 deg")
     stroke = format_si(linked.unit(named).cylinder.stroke, "mm")
     position = None if start is None else argument(start, "m", "start", least="0 mm", most=stroke)
     passed = list(logs) if isinstance(logs, list | tuple) else [logs]
@@ -193,8 +191,7 @@ def weigh(
     def found_in(log: Any, scene: Scene) -> list[Plain]:
         return lifts(scene, followed(linked, named, log, position, channel_map))
 
-    others = others_of(linked, beside or {}, at or {}, channel_map)
-    scene = Scene(linked, named, others, tilt, None if described.linkage is None else LoadChart.of(described.linkage))
+    scene = replace(plain, others=others_of(linked, beside or {}, at or {}, channel_map))
     taught = []
     for mass, log in known:
         most = format_si(2.0 * scene.rated, "kg")
@@ -207,6 +204,22 @@ def weigh(
     done = [weighed(found, scale, scene.other_strokes) for found in weighable]
     numbers = tuple(k for k, one in enumerate(done) for _ in one)
     return _whole(tuple(one for each in done for one in each), numbers, scale, scene)
+
+
+def scene_of(machine: str | Path | Machine, unit: str | None, inclination: Quantity) -> Scene:
+    """What lifts of a machine are weighed with, without what is known of its other units.
+
+    Raises:
+        DescriptionError: the machine has no mechanism or no payload, or the inclination is out of range.
+        UnknownNameError: no such machine or unit.
+    """
+    linked = build_linked(described := load_machine(machine))
+    if linked.mechanism.load is None or linked.mechanism.rated_payload <= 0.0:
+        raise DescriptionError("is missing: nothing says where a payload acts", key="linkage.payload")
+    assert described.linkage is not None, "the machine is linked"
+    named = linked.mechanism.cylinders[0] if unit is None else known_unit(linked, unit)
+    tilt = argument(inclination, "rad", "inclination", least="-30 deg", most="30 deg")
+    return Scene(linked, named, Others(), tilt, LoadChart.of(described.linkage))
 
 
 def learned_scale(scene: Scene, taught: Sequence[tuple[float, Sequence[Plain]]]) -> Scale:
@@ -253,4 +266,4 @@ def _whole(found: tuple[Weighing, ...], logs: tuple[int, ...], scale: Scale, sce
     return Weighed(found, logs, scale, total, std, len(best), scene.chart is not None)
 
 
-__all__ = ["Weighed", "learned_scale", "weigh"]
+__all__ = ["Weighed", "learned_scale", "scene_of", "weigh"]
