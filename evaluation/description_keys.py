@@ -9,10 +9,19 @@ import pages
 from pydantic.fields import FieldInfo
 
 from ramsight.machine.assumption_description import Assumptions
-from ramsight.machine.base import Part, part_class
+from ramsight.machine.base import Part, declared_items, part_class
 from ramsight.machine.declare import declaration, explain
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
-from ramsight.machine.linkage import Attachment, Linkage, LinkageCylinder, Payload, SlidingBody, TurningBody
+from ramsight.machine.linkage import (
+    Attachment,
+    Linkage,
+    LinkageCylinder,
+    LoadChart,
+    Payload,
+    Point,
+    SlidingBody,
+    TurningBody,
+)
 from ramsight.machine.placed import PLACED
 from ramsight.machine.tolerances import KINDS, Tolerances
 
@@ -25,13 +34,15 @@ LINKAGE: dict[str, type[Part]] = {
     "linkage.cylinders.UNIT": LinkageCylinder,
     "linkage.payload": Payload,
     "linkage.points.NAME": Attachment,
+    "linkage.load_chart": LoadChart,
+    "linkage.load_chart.about": Point,
 }
 """Tables of a mechanism, and what holds their keys."""
 
 
 def row(key: str, field: FieldInfo) -> str:
     """A key with what its declaration says."""
-    declared = declaration(field)
+    declared = declaration(field) or (declared_items(field) if get_origin(field.annotation) is tuple else None)
     choices = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
     allowed = declared.range if declared else " or ".join(f"`{one}`" for one in choices)
     unit = declared.unit if declared else ""

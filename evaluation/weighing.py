@@ -5,12 +5,15 @@ offset, drift and delay, thermometer), the weight of every body within ± 3 %, t
 is a log of its own: a mass, a speed and an oil temperature drawn at random, the bucket held by its cylinder and
 declared to be level. The scale is learned from one known mass, or from ten lifts of an empty and ten of a full bucket
 of known mass. Bad lifts move too fast, dig, or spill. The seed decides everything.
+
+Rated loads are put from three standard deviations below to three above what each good lift carried, at its true reach
+and slope. Of the lifts with a status as many have to exceed the rated load as their probabilities state.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import Any
@@ -33,8 +36,9 @@ from ramsight.study.datasheet.drawn import Drawn, draw, ready
 from ramsight.study.datasheet.quantities import varied
 from ramsight.tool import weighing_limits as limit
 from ramsight.tool.force_scale import Scale, described_scale
+from ramsight.tool.load_chart import LoadChart, LoadStatus, RatedLoad
 from ramsight.tool.unit_tracks import Others, Rods
-from ramsight.tool.weighing_events import Plain, Quality, Scene, lifts, weighed
+from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing, lifts, weighed
 from ramsight.units import RPM
 
 NAME = "mining-loader"
@@ -47,6 +51,8 @@ KNOWN_STD = 10.0  # kg, of a mass from a weighbridge
 BODIES = 0.03  # of the weight of a body
 GROUNDS = 4  # of a machine's lifts
 TILT_STD = math.radians(0.5)  # of the ground that a lift is on
+RUNGS = np.linspace(-3.0, 3.0, 24)
+"""Standard deviations by which a lift is above the rated load."""
 Random = np.random.Generator
 
 
@@ -54,6 +60,14 @@ Random = np.random.Generator
 def described() -> LinkedMachine:
     """The loader as described."""
     return build_linked(machine.load_machine(NAME))
+
+
+@cache
+def scene() -> Scene:
+    """What a lift is weighed with."""
+    linkage = machine.load_machine(NAME).linkage
+    assert linkage is not None, "a loader has a mechanism"
+    return Scene(described(), UNIT, Others(held={OTHER: LEVEL}), chart=LoadChart.of(linkage))
 
 
 def value_of(spread: Spread, random: Random) -> float:
@@ -75,6 +89,7 @@ class Made:
     bodies: tuple[Body, ...]  # those of its mechanism
     drawn: Mapping[str, Drawn]  # the units, with what their drives are off by
     temperature: float  # of its oil [K]
+    slopes: tuple[float, ...]  # of the grounds [rad]
 
 
 def made(seed: int) -> Made:
@@ -96,6 +111,7 @@ def made(seed: int) -> Made:
         bodies,
         units,
         units[UNIT].values["oil_temperature"],
+        tuple(map(float, slopes)),
     )
 
 
@@ -178,9 +194,19 @@ COURSES: dict[str, Callable[[float, Random], Course]] = {
 }  # fmt: skip
 
 
-def found_lifts(one: Made, course: Course, random: Random, seed: int) -> list[Plain]:
-    """Motions of a lift and of the lowering of the empty bucket after it, by the boom's log."""
-    tilted = one.grounds[int(random.integers(len(one.grounds)))]
+@dataclass(frozen=True)
+class Lifted:
+    """A lift by the boom's log, and what it was."""
+
+    plain: Plain  # by the described machine
+    mass: float  # at the end [kg]
+    moment: float  # largest load moment of a kilogram over the rated one, at the true reach [1/kg]
+
+
+def lifted(one: Made, course: Course, random: Random, seed: int) -> Lifted:
+    """A lift; the empty bucket is lowered after it."""
+    ground = int(random.integers(len(one.grounds)))
+    tilted = one.grounds[ground]
     begins, loads = 2.5, 1.0
     dumps = begins + course.duration + 1.0
     lowers = dumps + 1.5
@@ -198,7 +224,8 @@ def found_lifts(one: Made, course: Course, random: Random, seed: int) -> list[Pl
         dict.fromkeys(starts, constant(kelvin)), starts, Profile(*np.array(mass).T), *places,
         end=speed[-1][0] + 0.5,
     )  # fmt: skip
-    run = unit_run(simulate_linked(tilted, duty), UNIT)
+    both = simulate_linked(tilted, duty)
+    run = unit_run(both, UNIT)
     time = run["time"].values
     reported = one.drawn[UNIT].reported(time, run["motor_speed"].values, run["motor_torque"].values,
                                   run["oil_temperature"].values, seed)  # fmt: skip
@@ -206,7 +233,13 @@ def found_lifts(one: Made, course: Course, random: Random, seed: int) -> list[Pl
     log = Signals({"time": Signal(time), **{n: Signal(v) for n, v in zip(names, reported, strict=True)}})
     sensor = _sensor()
     sensor.start(starts[UNIT] + 1e-3 * float(np.clip(random.standard_normal(), -3, 3)), 1e-3)
-    return lifts(Scene(described(), UNIT, Others(held={OTHER: LEVEL})), sensor.followed(log))
+    raised = (time >= begins) & (time <= begins + course.duration)
+    true = np.column_stack([both[f"{name}_position"].values[raised] for name in (UNIT, OTHER)])
+    chart = scene().chart
+    assert chart is not None, "the loader has one"
+    moments, _ = chart.shares(described().mechanism, true, one.slopes[ground])
+    plain = lifts(scene(), sensor.followed(log))[0]
+    return Lifted(plain, course.mass[-1][1], float(moments.max()))
 
 
 @cache
@@ -214,11 +247,12 @@ def _sensor() -> Any:
     return kalman(described().unit(UNIT))
 
 
-def learned(scale: Scale, found: Sequence[tuple[Plain, float]]) -> Scale:
+def learned(scale: Scale, found: Sequence[Lifted]) -> Scale:
     """A scale after lifts of known masses; bad ones teach nothing."""
-    for one, mass in found:
-        if one.quality is Quality.GOOD:
-            scale = scale.learned(one.mass, one.row, mass, math.hypot(one.own_std, KNOWN_STD))
+    for one in found:
+        plain = one.plain
+        if plain.quality is Quality.GOOD:
+            scale = scale.learned(plain.mass, plain.row, one.mass, math.hypot(plain.own_std, KNOWN_STD))
     return scale
 
 
@@ -228,17 +262,27 @@ class Judged:
 
     error: float
     std: float
+    ratings: tuple[tuple[RatedLoad, bool], ...]  # by rated loads near what it carried, and whether it exceeded them
 
 
-def judged(found: Sequence[tuple[Plain, float]], scale: Scale) -> list[Judged]:
+def judged(found: Sequence[Lifted], scale: Scale) -> list[Judged]:
     """Good weighings against the truth."""
     rated = described().mechanism.rated_payload
     rows = []
-    for one, mass in found:
-        (weighing,) = weighed([one], scale, np.zeros(1))
+    for one in found:
+        (weighing,) = weighed([one.plain], scale, np.zeros(1))
         if weighing.is_good:
-            rows.append(Judged((weighing.mass - mass) / rated, weighing.std / rated))
+            ratings = tuple(rated_as(weighing, one.mass * one.moment))
+            rows.append(Judged((weighing.mass - one.mass) / rated, weighing.std / rated, ratings))
     return rows
+
+
+def rated_as(weighing: Weighing, true: float) -> Iterator[tuple[RatedLoad, bool]]:
+    """What is stated of a lift by charts whose rated loads are near what it carried, and whether it exceeded them."""
+    share, std = weighing.rated_share, weighing.rated_share_std
+    for rung in RUNGS:
+        factor = (1.0 + rung * std / share) / true  # the described chart's rated loads over this one's
+        yield RatedLoad.of(share * factor, std * factor), bool(rung > 0.0)
 
 
 def of_machine(seed: int) -> dict[str, Any]:
@@ -246,23 +290,24 @@ def of_machine(seed: int) -> dict[str, Any]:
     random, one = np.random.default_rng([seed, 11]), made(seed)
     rated = described().mechanism.rated_payload
 
-    def lift(kind: str, mass: float, number: int) -> Plain:
-        return found_lifts(one, COURSES[kind](mass, random), random, 1000 * seed + number)[0]
+    def lift(kind: str, mass: float, number: int) -> Lifted:
+        return lifted(one, COURSES[kind](mass, random), random, 1000 * seed + number)
 
-    tested = [(lift("good", m, k), m) for k, m in enumerate(random.uniform(0.1, 1.0, LIFTS) * rated)]
-    known = [(lift("good", SHARE * rated, 100), SHARE * rated)]
-    taught = [(lift("good", m, 200 + k), m) for k, m in enumerate([0.0, 0.9 * rated] * TAUGHT)]
-    scene = Scene(described(), UNIT, Others(held={OTHER: LEVEL}))
-    described_as = described_scale(described().unit(UNIT), scene.weight)
+    tested = [lift("good", m, k) for k, m in enumerate(random.uniform(0.1, 1.0, LIFTS) * rated)]
+    known = [lift("good", SHARE * rated, 100)]
+    taught = [lift("good", m, 200 + k) for k, m in enumerate([0.0, 0.9 * rated] * TAUGHT)]
+    described_as = described_scale(described().unit(UNIT), scene().weight)
     scales = {"uncalibrated": described_as, "one_mass": learned(described_as, known),
               "empty": learned(described_as, taught[::2]), "empty_and_full": learned(described_as, taught)}  # fmt: skip
     bad = {}
     for kind in KINDS:
         masses = random.uniform(0.4, 1.0, BAD) * rated
-        bad[kind] = [lift(kind, m, 300 + k).quality for k, m in enumerate(masses)]
+        bad[kind] = [lift(kind, m, 300 + k).plain.quality for k, m in enumerate(masses)]
     return {
         "lifts": {name: judged(tested, scale) for name, scale in scales.items()},
-        "called_bad": [p.quality for p, _ in (*tested, *known, *taught) if p.quality is not Quality.GOOD],
+        "called_bad": [
+            one.plain.quality for one in (*tested, *known, *taught) if one.plain.quality is not Quality.GOOD
+        ],
         "good": len(tested) + len(known) + len(taught),
         "bad": bad,
     }
@@ -282,19 +327,18 @@ _POSITION = 2e-3  # m
 
 def budget() -> dict[str, float]:
     """Deviations of one weighing at a quarter of the stroke over the rated payload, by cause."""
-    scene = Scene(described(), UNIT, Others(held={OTHER: LEVEL}))
-    unit, rated, still = described().unit(UNIT), scene.rated, np.zeros((1, 2))
+    unit, rated, still = described().unit(UNIT), scene().rated, np.zeros((1, 2))
     place = np.array([[0.25 * unit.cylinder.stroke, LEVEL]])
 
     def force(moved: np.ndarray, tilted: float = 0.0) -> tuple[float, float]:
-        found = scene.balance(Rods(moved, still, still), still, tilted)
+        found = scene().balance(Rods(moved, still, still), still, tilted)
         return float(found.bodies[0]), float(found.payload[0])
 
     bodies, payload = force(place)
     carried = bodies + SHARE * rated * payload
     moved, tilted = force(place + np.array([[_POSITION, 0.0]])), force(place, limit.INCLINATION_STD)
     row = np.array([carried, carried, 1.0, 1.0]) / payload
-    alone = described_scale(unit, scene.weight)
+    alone = described_scale(unit, scene().weight)
     own = math.hypot(KNOWN_STD, limit.REPEATS_STD * carried / payload)
     after = alone.learned(0.0, row, 0.0, own)
     causes = {
@@ -303,7 +347,7 @@ def budget() -> dict[str, float]:
         "displacement of the pumps, by leakage and wear": unit.assumptions.machine.displacement * carried,
         "losses of the pumps, with the oil's temperature": limit.LOSSES_STD * carried,
         "offset of the torque": limit.OFFSET_STD * limits_of(unit).load,
-        "weight of boom and bucket": limit.BODIES_STD * scene.weight,
+        "weight of boom and bucket": limit.BODIES_STD * scene().weight,
         "friction of the cylinders": limit.FRICTION_STD * unit.cylinder.coulomb_friction,
         "lever, by 2 mm of the position": abs(carried - moved[0] - SHARE * rated * moved[1]),
         "slope, half a degree": abs(carried - tilted[0] - SHARE * rated * tilted[1]),
@@ -344,6 +388,7 @@ def study(advance: Callable[[int], object]) -> dict[str, Any]:
             "bias": float(error.mean()),
             "coverage": float(np.mean(np.abs(error) <= TWO_SIDED_95 * std)),
             "band": float(TWO_SIDED_95 * np.median(std)),
+            "rated": ratings([one for row in rows for one in row.ratings]),
         }
     for kind in KINDS:
         said = [quality for one in machines for quality in one["bad"][kind]]
@@ -354,9 +399,33 @@ def study(advance: Callable[[int], object]) -> dict[str, Any]:
     return found
 
 
+def ratings(rows: Sequence[tuple[RatedLoad, bool]]) -> dict[str, dict[str, float]]:
+    """By status: how many there are, the mean of their stated probabilities, and how many did exceed."""
+    found = {}
+    for status in (LoadStatus.WITHIN, LoadStatus.NEAR, LoadStatus.EXCEEDED):
+        of = [(one.exceeded, did) for one, did in rows if one.status is status]
+        stated, was = np.array(of).T
+        found[status.name.lower()] = {"cases": len(of), "stated": float(stated.mean()), "was": float(was.mean())}
+    return found
+
+
+def rating_table(found: dict[str, Any]) -> list[str]:
+    """A scale a row: of each status what was stated and what was."""
+    statuses = [status.name.lower() for status in LoadStatus][:3]
+    rows = [f"| scale | {' | '.join(f'*{one}*: stated, exceeded' for one in statuses)} |", "|---" * 4 + "|"]
+    for name, row in found["scales"].items():
+        of = [row["rated"][one] for one in statuses]
+        cells = [f"{100 * one['stated']:.1f} %, {100 * one['was']:.1f} %" for one in of]
+        rows.append(f"| {SCALES[name]} | {' | '.join(cells)} |")
+    return rows
+
+
 def tables(found: dict[str, Any]) -> dict[str, list[str]]:
     """For the page, by their marks."""
-    return {"weighing": table(found), "weighing_bad": bad_lifts(found), "weighing_budget": budget_table(found)}
+    return {
+        "weighing": table(found), "weighing_bad": bad_lifts(found), "weighing_budget": budget_table(found),
+        "weighing_rated": rating_table(found),
+    }  # fmt: skip
 
 
 def table(found: dict[str, Any]) -> list[str]:

@@ -69,7 +69,8 @@ def prepare(folder: Path) -> dict[str, Tried]:
     warmth = ramsight.Profile(0.0, 313.15)
     chances = {"dc": "90 %", "false_alarms": "1e-5/h", "other_std": "1 mm", "drift": "1 mm/s"}
     good: dict[str, dict[str, Any]] = {
-        "AsBuilt": {}, "DriveResponse": {}, "LivePlant": of_boom, "Profile": {"time": [0, 1], "value": [0, 1]},
+        "AsBuilt": {}, "DriveResponse": {}, "LivePlant": of_boom, "LiveWeighing": {"machine": "mining-loader"},
+        "Profile": {"time": [0, 1], "value": [0, 1]},
         "Duty": {"motor_speed": profile, "load": profile, "oil_temperature": warmth, "start_position": 0.1},
         "Study": press, "build": press, "casadi_model": {"unit": boom}, "catalogue": {},
         "check_shared": {"first": track, "second": track}, "commission": with_log,
@@ -110,6 +111,9 @@ def _methods(boom: Any, log: Any, duty: Any, track: Any) -> dict[str, Tried]:
         "Sensor.track": Tried(lambda: sensor().track, {"log": log}),
         "Sensor.says": Tried(lambda: sensor().says, {"output": "position"}),
         "LivePlant.advance": Tried(lambda: plant.advance, {"motor_speed": 0.0}),
+        "LiveWeighing.step": Tried(
+            lambda: ramsight.LiveWeighing("mining-loader").step, {"time": 0.0, "sensors": {_UNIT: sensor()}}
+        ),
         "AsBuilt.apply": Tried(lambda: ramsight.AsBuilt().apply, {"unit": boom}),
         "Duty.repeated": Tried(lambda: duty.repeated, {"times": 2}),
         "Duty.commanded": Tried(lambda: duty.commanded, {"name": "x", "time": 0.0}),

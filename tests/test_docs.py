@@ -40,10 +40,10 @@ def test_examples_in_docstrings_run(name):
     assert outcome.failed == 0
 
 
-def test_the_page_of_python_runs(tmp_path, monkeypatch):
+def test_the_page_of_python_runs(tmp_path, monkeypatch, capsys):
     (tmp_path / "tests").symlink_to(ROOT / "tests")
     monkeypatch.chdir(tmp_path)
-    plot, track, many, sweep = re.findall(
+    plot, track, weighs, many, sweep = re.findall(
         r"```python\n(.*?)```", (ROOT / "docs" / "how-to" / "python.md").read_text(), flags=re.DOTALL
     )
     assert len([line for line in plot.splitlines() if line]) == 3
@@ -56,6 +56,9 @@ def test_the_page_of_python_runs(tmp_path, monkeypatch):
     assert names["track"].attrs["error_largest"] < 1e-3
     assert names["recorded"].sizes["time"] > 1000
     assert names["recorded"].attrs["error_largest"] < 1e-3
+    exec(weighs, weighing := {})
+    assert " kg, rated load: within" in capsys.readouterr().out
+    assert [one.is_good for one in weighing["live"].weighings] == [True]
     assert many.count("size=1000") == 2
     exec(many.replace("size=1000", "size=40"), names)  # a thousand run in examples/monte_carlo.py
     assert names["runs"].sizes == {"duty": 40}

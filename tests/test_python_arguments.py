@@ -148,7 +148,8 @@ def test_any_frame_that_arrow_takes_is_a_log_with_a_map(log, tmp_path):
 
 
 CHEAP = (
-    "AsBuilt", "DriveResponse", "LivePlant", "Duty", "Profile", "build", "casadi_model", "catalogue", "lift_lower",
+    "AsBuilt", "DriveResponse", "LivePlant", "LiveWeighing", "LiveWeighing.step", "Duty", "Profile", "build",
+    "casadi_model", "catalogue", "lift_lower",
     "named_faults", "check_shared", "Duty.repeated", "Duty.commanded", "Profile()", "Sensor.step", "Sensor.start",
     "Study.required", "Study.datasheet", "AsBuilt.apply",
 )  # fmt: skip

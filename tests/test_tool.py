@@ -65,10 +65,10 @@ def test_described_points_have_a_name_and_others_are_refused():
     linkage = type(DESCRIBED.linkage).model_validate(
         {**DESCRIBED.linkage.model_dump(exclude={"points"})} | {"points": points}
     )
-    edge = tool_point(linkage, LOADER, "bucket.edge")
+    edge = tool_point(linkage, "bucket.edge")
     assert (edge.body, edge.x, edge.z) == ("bucket", 4.0, 1.5)
     with pytest.raises(ramsight.UnknownNameError, match=r"bucket\.edge"):
-        tool_point(linkage, LOADER, "bucket.egde")
+        tool_point(linkage, "bucket.egde")
     with pytest.raises(ValueError, match="no such body"):
         type(linkage).model_validate(linkage.model_dump() | {"points": {"edge": {"body": "fork", "x": 0.0, "z": 0.0}}})
 

@@ -102,6 +102,18 @@ def test_a_slope_turns_gravity():
     assert 0.5 * (up.payload[0] + down.payload[0]) == pytest.approx(flat.payload[0] * math.cos(0.1), rel=1e-9)
 
 
+def test_where_in_a_level_bucket_the_load_is_the_bucket_s_cylinder_alone_feels():
+    """0.2 m farther in: a quarter of the bucket's force per kilogram, and nothing of the boom's."""
+    farther_in = replace(LOADER, load=replace(LOADER.load, x=LOADER.load.x - 0.2))
+    at, still = np.array([[0.1, 0.25], [0.6, 0.25]]), np.zeros((2, 2))
+    boom, bucket = (
+        balance(farther_in, unit, at, still, still).payload / balance(LOADER, unit, at, still, still).payload
+        for unit in ("boom", "bucket")
+    )
+    assert boom == pytest.approx(1.0, abs=1e-9)
+    assert bucket == pytest.approx(0.75, abs=0.005)
+
+
 # Windows
 
 
@@ -307,7 +319,7 @@ def test_the_columns_are_those_of_the_dataset(found):
     assert data["mass"].attrs["units"] == "kg"
     assert list(found.columns) == [
         "log", "cycle", "time_s", "duration_s", "mass_kg", "mass_std_kg", "mass_low_kg", "mass_high_kg", "direction",
-        "quality", "reason",
+        "quality", "reason", "rated_share", "rated_share_std", "exceeded_probability", "rated_status",
     ]  # fmt: skip
 
 

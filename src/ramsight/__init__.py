@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ramsight.api.fmeda_tables import diagnostic_coverage, export_fmeda
     from ramsight.api.histories import history, history_add, history_event, history_report
     from ramsight.api.live_plant import LivePlant
+    from ramsight.api.live_weighing import LiveWeighing
     from ramsight.api.machines import catalogue
     from ramsight.api.overlaying import overlay
     from ramsight.api.plotting import plot
@@ -69,15 +70,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AsBuilt", "ComparisonError", "DescriptionError", "DriveResponse", "Duty", "Estimate", "HistoryError",
-    "IdentifyError",
-    "LeakTestError", "LivePlant", "LogError", "LogWarning", "MissingColumnError", "MissingPackageError", "Mode",
-    "NamedFault", "OutputError", "Profile", "RamsightError", "SimulationError", "StartError", "Status", "Study",
-    "UnknownNameError", "__version__", "build", "casadi_model", "catalogue", "check_shared", "commission",
-    "compare", "derive_tolerance", "diagnostic_coverage", "draw", "drive_report", "duty_for", "export_c",
-    "export_fmeda", "export_fmu", "export_page", "export_parameters", "export_ssp", "export_wasm", "history",
-    "history_add", "history_event", "history_report", "identify",
-    "identify_values", "leak_test", "lift_lower", "load_machine", "named_faults", "open_log", "overlay", "plot",
-    "read_log", "sensor_for", "simulate", "simulate_many", "tool_place", "track", "weigh",
+    "IdentifyError", "LeakTestError", "LivePlant", "LiveWeighing", "LogError", "LogWarning", "MissingColumnError",
+    "MissingPackageError", "Mode", "NamedFault", "OutputError", "Profile", "RamsightError", "SimulationError",
+    "StartError", "Status", "Study", "UnknownNameError", "__version__", "build", "casadi_model", "catalogue",
+    "check_shared", "commission", "compare", "derive_tolerance", "diagnostic_coverage", "draw", "drive_report",
+    "duty_for", "export_c", "export_fmeda", "export_fmu", "export_page", "export_parameters", "export_ssp",
+    "export_wasm", "history", "history_add", "history_event", "history_report", "identify", "identify_values",
+    "leak_test", "lift_lower", "load_machine", "named_faults", "open_log", "overlay", "plot", "read_log",
+    "sensor_for", "simulate", "simulate_many", "tool_place", "track", "weigh",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # so that a type checker sees the imports above, and knows every other name for a mistake
@@ -92,6 +92,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.fmeda_tables": ("diagnostic_coverage", "export_fmeda"),
         "api.histories": ("history", "history_add", "history_event", "history_report"),
         "api.live_plant": ("LivePlant",),
+        "api.live_weighing": ("LiveWeighing",),
         "api.machines": ("catalogue",),
         "api.overlaying": ("overlay",),
         "api.plotting": ("plot",),

@@ -51,8 +51,8 @@ class Sensor(VirtualSensor):
                 deviation cannot be. The sensor is then as it was.
             DescriptionError: one of them is no length.
         """
-        known = None if position is None else _read(position, "m", "position")
-        super().start(known, _read(std, "m", "std"))
+        known = None if position is None else read_input(position, "m", "position")
+        super().start(known, read_input(std, "m", "std"))
 
     def step(
         self,
@@ -82,10 +82,10 @@ class Sensor(VirtualSensor):
             if name not in self.further:
                 raise UnknownNameError("input", name, self.further)
         at, speed, torque, oil = (
-            _read(value, unit, name)
+            read_input(value, unit, name)
             for value, (name, unit) in zip((time, motor_speed, motor_torque, oil_temperature), _INPUTS, strict=True)
         )
-        known = None if reference is None else _read(reference, "m", "reference")
+        known = None if reference is None else read_input(reference, "m", "reference")
         return super().step(at, speed, torque, oil, known, **others)
 
     @by_kind
@@ -118,7 +118,7 @@ class Sensor(VirtualSensor):
         return super().track(checked(log, "log"), advance=advance)
 
 
-def _read(value: Quantity, unit: str, name: str) -> float:
+def read_input(value: Quantity, unit: str, name: str) -> float:
     """An input in SI; what a drive reports may be no finite number, which the sensor judges."""
     if isinstance(value, str):
         try:

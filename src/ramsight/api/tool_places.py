@@ -84,7 +84,7 @@ def tool_of(
         UnknownNameError: there is no such point.
     """
     assert described.linkage is not None, "the machine is linked"
-    return ToolPoint(linked, tool_point(described.linkage, linked.mechanism, tool), others, correlation)
+    return ToolPoint(linked, tool_point(described.linkage, tool), others, correlation)
 
 
 def known_unit(linked: LinkedMachine, name: str) -> str:

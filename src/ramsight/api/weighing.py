@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,8 @@ from ramsight.optional import needing
 from ramsight.plant.linked import build_linked
 from ramsight.signals import Dataset
 from ramsight.tool.force_scale import TERMS, UNITS, Scale, described_scale
+from ramsight.tool.load_chart import LoadChart, LoadStatus
+from ramsight.tool.unit_tracks import Others
 from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing, is_same_load, lifts, weighed
 from ramsight.tool.weighing_limits import EMPTY_SHARE, KNOWN_STD
 from ramsight.units import argument, format_si
@@ -38,6 +41,7 @@ class Weighed:
         scale: with which they were weighed.
         total, total_std: of the cycles, one good weighing of each [kg].
         cycles: how many of them had a load and a good weighing.
+        has_chart: whether the description says what may be lifted.
     """
 
     weighings: tuple[Weighing, ...]
@@ -46,14 +50,16 @@ class Weighed:
     total: float
     total_std: float
     cycles: int
+    has_chart: bool
 
     @property
     def figures(self) -> dict[str, Any]:
         """What `--json` has of it; SI."""
         rows = [
-            {**vars(one), "log": log, "quality": one.quality.name.lower(), "reason": one.quality.value}
+            {**vars(one), "log": log, "quality": one.quality.name.lower(), "reason": one.quality.value,
+             "rated_status": one.rated_status.name.lower()}
             for one, log in zip(self.weighings, self.logs, strict=True)
-        ]
+        ]  # fmt: skip
         terms = zip(TERMS, self.scale.value, self.scale.std, strict=True)
         learned = {name: {"value": value, "std": std} for name, value, std in terms}
         return {
@@ -69,6 +75,7 @@ class Weighed:
             "time_s": "time", "duration_s": "duration", "mass_kg": "mass", "mass_std_kg": "std",
             "mass_low_kg": "low", "mass_high_kg": "high",
         }  # fmt: skip
+        shares = ("rated_share", "rated_share_std", "exceeded_probability")
         words = {
             "direction": [one.direction for one in rows],
             "quality": ["good" if one.is_good else "bad" for one in rows],
@@ -79,6 +86,8 @@ class Weighed:
             "cycle": np.array([one.cycle for one in rows], dtype=np.int64),
             **{name: np.array([getattr(one, key) for one in rows], dtype=float) for name, key in numbers.items()},
             **{name: np.array(texts, dtype=object) for name, texts in words.items()},
+            **{name: np.array([getattr(one, name) for one in rows], dtype=float) for name in shares},
+            "rated_status": np.array([one.rated_status.name.lower() for one in rows], dtype=object),
         }
 
     def dataset(self) -> Dataset:
@@ -108,9 +117,12 @@ class Weighed:
             f"from {count} {'lift' if count == 1 else 'lifts'} of known mass" if count else "from the description alone"
         )
         total = f"total {self.total:.0f} ± {band:.0f} kg (95 %)"
+        counts = Counter(one.rated_status for one in self.weighings)
+        rated = ", ".join(f"{counts[status]} {status.name.lower()}" for status in LoadStatus)
+        limit = f"\nrated load: {rated}; no safety function" if self.has_chart else ""
         return (
             f"{len(self.weighings)} weighings, {good} good; {total} in {self.cycles} cycles\n"
-            f"scale {source}: {', '.join(learned)}"
+            f"scale {source}: {', '.join(learned)}{limit}"
         )
 
 
@@ -149,6 +161,8 @@ def weigh(
 
     Returns:
         The weighings, each with time [s], mass and standard deviation [kg] and its quality, the total, and the scale.
+        With a load chart each has the largest load moment over the rated one [1] with its standard deviation, the
+        probability that the rated load was exceeded, and a status. That is no safety function.
 
     Raises:
         DescriptionError: the machine has no mechanism or no payload, or a quantity is out of range; or no lift of a
@@ -165,12 +179,9 @@ def weigh(
         >>> found.weighings[0].is_good, bool(abs(found.weighings[0].mass - 4150) < 2 * found.weighings[0].std)
         (True, True)
     """
-    linked = build_linked(load_machine(machine))
-    if linked.mechanism.load is None or linked.mechanism.rated_payload <= 0.0:
-        raise DescriptionError("is missing: nothing says where a payload acts", key="linkage.payload")
-    named = linked.mechanism.cylinders[0] if unit is None else known_unit(linked, unit)
+    plain = scene_of(machine, unit, inclination)
+    linked, named = plain.machine, plain.unit
     known_map(channel_map)
-    tilt = argument(inclination, "rad", "inclination", least="-30 deg", most="30 deg")
     stroke = format_si(linked.unit(named).cylinder.stroke, "mm")
     position = None if start is None else argument(start, "m", "start", least="0 mm", most=stroke)
     passed = list(logs) if isinstance(logs, list | tuple) else [logs]
@@ -180,11 +191,10 @@ def weigh(
     def found_in(log: Any, scene: Scene) -> list[Plain]:
         return lifts(scene, followed(linked, named, log, position, channel_map))
 
-    scene = Scene(linked, named, others_of(linked, beside or {}, at or {}, channel_map), tilt)
-    rated = scene.rated
+    scene = replace(plain, others=others_of(linked, beside or {}, at or {}, channel_map))
     taught = []
     for mass, log in known:
-        most = format_si(2.0 * rated, "kg")
+        most = format_si(2.0 * scene.rated, "kg")
         kilograms = argument(mass, "kg", "known", least="0 kg", most=most)
         taught.append((kilograms, found_in(log, scene)))
     weighable = [found_in(log, scene) for log in passed]
@@ -193,7 +203,23 @@ def weigh(
     scale = learned_scale(scene, taught)
     done = [weighed(found, scale, scene.other_strokes) for found in weighable]
     numbers = tuple(k for k, one in enumerate(done) for _ in one)
-    return _whole(tuple(one for each in done for one in each), numbers, scale, rated)
+    return _whole(tuple(one for each in done for one in each), numbers, scale, scene)
+
+
+def scene_of(machine: str | Path | Machine, unit: str | None, inclination: Quantity) -> Scene:
+    """What lifts of a machine are weighed with, without what is known of its other units.
+
+    Raises:
+        DescriptionError: the machine has no mechanism or no payload, or the inclination is out of range.
+        UnknownNameError: no such machine or unit.
+    """
+    linked = build_linked(described := load_machine(machine))
+    if linked.mechanism.load is None or linked.mechanism.rated_payload <= 0.0:
+        raise DescriptionError("is missing: nothing says where a payload acts", key="linkage.payload")
+    assert described.linkage is not None, "the machine is linked"
+    named = linked.mechanism.cylinders[0] if unit is None else known_unit(linked, unit)
+    tilt = argument(inclination, "rad", "inclination", least="-30 deg", most="30 deg")
+    return Scene(linked, named, Others(), tilt, LoadChart.of(described.linkage))
 
 
 def learned_scale(scene: Scene, taught: Sequence[tuple[float, Sequence[Plain]]]) -> Scale:
@@ -226,18 +252,18 @@ def learned_scale(scene: Scene, taught: Sequence[tuple[float, Sequence[Plain]]])
     return scale
 
 
-def _whole(found: tuple[Weighing, ...], logs: tuple[int, ...], scale: Scale, rated: float) -> Weighed:
+def _whole(found: tuple[Weighing, ...], logs: tuple[int, ...], scale: Scale, scene: Scene) -> Weighed:
     """Weighings with their total: of each cycle the surest good one, unless the tool is empty."""
     best: dict[tuple[int, int], Weighing] = {}
     for one, log in zip(found, logs, strict=True):
-        if one.is_good and one.mass > EMPTY_SHARE * rated:
+        if one.is_good and one.mass > EMPTY_SHARE * scene.rated:
             other = best.get((log, one.cycle))
             if other is None or one.std < other.std:
                 best[log, one.cycle] = one
     total = sum(one.mass for one in best.values())
     shared = sum((one.row for one in best.values()), start=np.zeros(len(TERMS)))
     std = math.hypot(scale.mass(0.0, shared)[1], *(one.own_std for one in best.values()))
-    return Weighed(found, logs, scale, total, std, len(best))
+    return Weighed(found, logs, scale, total, std, len(best), scene.chart is not None)
 
 
-__all__ = ["Weighed", "learned_scale", "weigh"]
+__all__ = ["Weighed", "learned_scale", "scene_of", "weigh"]

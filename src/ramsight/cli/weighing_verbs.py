@@ -50,6 +50,10 @@ def weigh(
     alone the band is some per cent of the rated load; one known mass makes it a third of that. A weighing needs a
     steady lift of 3 s. It is no scale for trade, and no safety function.
 
+    Where the description has a load chart, each lift has its largest load moment over the rated one, the probability
+    that the rated load was exceeded, and a status for the machine's own logic: within, near, exceeded or unknown. It
+    makes no safety claim, and takes the place of no rated capacity limiter.
+
     Example: ramsight weigh mining-loader log.csv.gz --start "100 mm" --at "bucket=250 mm"
     """
     from ramsight.api.weighing import weigh as weigh_logs
@@ -74,7 +78,7 @@ def weigh(
     )  # fmt: skip
     give(**found.figures)
     if found.weighings:
-        say_table(weighings_table(found.weighings))
+        say_table(weighings_table(found.weighings, rated=found.has_chart))
     say_lines(found.text)
     if out is not None:
         with open_table(out, formats=dict.fromkeys(found.columns, "%.9g")) as table:

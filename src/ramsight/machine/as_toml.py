@@ -34,6 +34,8 @@ def as_toml(machine: Machine, sources: Mapping[str, str]) -> Iterator[str]:
 
 
 def _written(value: Value) -> str:
+    if isinstance(value.value, tuple):
+        return f"[{', '.join(_quoted(one) for one in value.value)}]"
     if value.declared is None:
         return str(value.value) if isinstance(value.value, int | float) else _quoted(value.value)
     if value.declared.whole:

@@ -158,7 +158,7 @@ class Value:
     """One value of a description: where it stands, what it is, how it reads, and if it is more than a default."""
 
     path: str
-    value: Any
+    value: Any  # of a list the texts of its items
     declared: Quantity | None
     text: str
     given: bool = True
@@ -166,6 +166,8 @@ class Value:
     @property
     def shown(self) -> str:
         """The value as a person would write it."""
+        if isinstance(self.value, tuple):
+            return ", ".join(self.value)
         return self.declared.show(self.value) if self.declared else str(self.value)
 
 
@@ -185,18 +187,21 @@ def _walk_value(value: Any, path: str, field: FieldInfo, given: bool) -> Iterato
     if isinstance(value, Part):
         yield from walk(value, f"{path}.")
     elif isinstance(value, dict):
-        inner = _of_values(field)
+        inner = declared_items(field)
         for key, item in value.items():
             if isinstance(item, Part):
                 yield from walk(item, f"{path}.{key}.")
             else:
                 yield Value(f"{path}.{key}", item, inner, inner.text if inner else explain(field))
+    elif isinstance(value, tuple):
+        items = declared_items(field)
+        yield Value(path, tuple(items.show(one) if items else str(one) for one in value), None, explain(field), given)
     elif value is not None:
         yield Value(path, value, declaration(field), explain(field), given)
 
 
-def _of_values(field: FieldInfo) -> Quantity | None:
-    """Return the declaration of the values of a `dict[str, Annotated[float, quantity(...)]]`."""
+def declared_items(field: FieldInfo) -> Quantity | None:
+    """The declaration of the values of a dictionary or a tuple of `Annotated[float, quantity(...)]`."""
     for argument in getattr(field.annotation, "__args__", ()):
         for item in getattr(argument, "__metadata__", ()):
             if isinstance(item, Quantity):

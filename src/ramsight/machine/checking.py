@@ -68,6 +68,8 @@ def _one_line(model: type[BaseModel], problem: dict[str, Any], file: str | None)
             message, allowed = "expected a table of values", None
     elif kind in ("model_type", "model_attributes_type", "dict_type"):
         message = "expected a table of values"
+    elif kind == "tuple_type":
+        message = "expected a list of values"
     elif kind == "literal_error":
         message, allowed = "unknown choice", context.get("expected", "").replace("'", "")
     else:

@@ -19,6 +19,7 @@ FRAME = "frame"
 STANDARD_GRAVITY = 9.80665  # m/s2, ISO 80000-3
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
+_ROWS = range(2, 101)  # of a load chart
 
 _X = Annotated[float, quantity("m", "forward, in the drawing", least=-1000, most=1000)]
 _Z = Annotated[float, quantity("m", "up, in the drawing", least=-1000, most=1000)]
@@ -120,6 +121,35 @@ class Payload(Attachment):
     rated: Annotated[float, quantity("kg", "rated payload", least=0, most="1e6 kg")]
 
 
+class LoadChart(Part):
+    """Rated load over the reach, as a machine's load chart states it."""
+
+    tool: Annotated[str, Field(description="point whose reach counts, as `ramsight track --tool` names it")] = "payload"
+    about: Annotated[Point, Field(description="point of the frame that load moments are about: reach is from there")]
+    reach: Annotated[
+        tuple[Annotated[float, quantity("m", "reach", above=0, most=1000)], ...],
+        Field(description="horizontal distances of the tool's point, each more than the one before"),
+    ]
+    rated: Annotated[
+        tuple[Annotated[float, quantity("kg", "rated load", above=0, most="1e6 kg")], ...],
+        Field(description="mass that the tool may carry at each reach; between them the load moment is interpolated"),
+    ]
+
+    @model_validator(mode="after")
+    def _is_a_chart(self) -> Self:
+        rows = len(self.reach)
+        if rows not in _ROWS:
+            raise refuse("reach", f"{rows} values", "is no table", f"{_ROWS[0]} to {_ROWS[-1]} values")
+        if len(self.rated) != rows:
+            text = "has another length than reach: each reach has one rated load"
+            raise refuse("rated", f"{len(self.rated)} values", text, f"{rows} values")
+        for k in range(1, rows):
+            before, here = self.reach[k - 1 : k + 1]
+            if here <= before:
+                raise refuse(f"reach.{k}", f"{here:g} m", "is not more than the reach before it", f"above {before:g} m")
+        return self
+
+
 class Linkage(Part):
     """Planar mechanism that the cylinders move."""
 
@@ -131,6 +161,7 @@ class Linkage(Part):
     points: dict[str, Attachment] = Field(
         default_factory=dict, description="further points of bodies that have a name; one is called `BODY.NAME`"
     )
+    load_chart: Annotated[LoadChart | None, Field(description="what may be lifted at which reach")] = None
 
     @model_validator(mode="after")
     def _holds_together(self) -> Self:
@@ -157,6 +188,8 @@ class Linkage(Part):
                 text = "a point's name starts with a letter and holds small letters, digits and _"
                 raise refuse(f"points.{name}", name, text)
             self._is_known(f"points.{name}.body", point.body, known)
+        if self.load_chart is not None and self.load_chart.tool not in self.spots:
+            raise refuse("load_chart.tool", self.load_chart.tool, "no such point", ", ".join(self.spots))
         if not self.cylinders:
             raise refuse("cylinders", 0, "the mechanism has no cylinder, for example a table [linkage.cylinders.boom]")
         moved: set[str] = set()
@@ -172,6 +205,19 @@ class Linkage(Part):
     def _is_known(key: str, name: str, known: list[str]) -> None:
         if name not in known:
             raise refuse(key, name, "no such body named before", ", ".join(known))
+
+    @property
+    def spots(self) -> dict[str, Attachment]:
+        """Points that have a name: tip, payload, centres of mass, pivots and described points."""
+        found: dict[str, Attachment] = {"tip": self.tip}
+        if self.payload is not None:
+            found["payload"] = self.payload
+        for name, body in self.bodies.items():
+            own = {"centre_of_mass": body.centre_of_mass}
+            if isinstance(body, TurningBody):
+                own["pivot"] = body.pivot
+            found |= {f"{name}.{key}": Attachment(body=name, x=at.x, z=at.z) for key, at in own.items()}
+        return found | {f"{point.body}.{name}": point for name, point in self.points.items()}
 
     @property
     def free_joints(self) -> tuple[str, ...]:

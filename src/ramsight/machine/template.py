@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 
 from ramsight.machine import catalogue
 from ramsight.machine.assumption_description import Assumptions
-from ramsight.machine.base import Part, part_class
+from ramsight.machine.base import Part, declared_items, part_class
 from ramsight.machine.declare import Quantity, declaration, explain
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
 from ramsight.machine.linkage import Linkage
@@ -113,6 +113,7 @@ def _linkage_lines(linkage: Linkage) -> list[str]:
     tables += [(f".cylinders.{name}", cylinder) for name, cylinder in linkage.cylinders.items()]
     tables += [(f".{key}", spot) for key in ("payload", "tip") if (spot := getattr(linkage, key)) is not None]
     tables += [(f".points.{name}", point) for name, point in linkage.points.items()]
+    tables += [(".load_chart", linkage.load_chart)] if linkage.load_chart is not None else []
     lines = []
     for path, part in tables:
         lines += ["", _comment(_first_sentence(part)), f"[linkage{path}]"]
@@ -122,6 +123,9 @@ def _linkage_lines(linkage: Linkage) -> list[str]:
                 continue
             if inner:
                 lines += [f"# {explain(field) or _first_sentence(value)}", f"{key} = {_inline(value)}"]
+            elif isinstance(value, tuple) and (items := declared_items(field)) is not None:
+                shown = json.dumps([items.show(one) for one in value], ensure_ascii=False)
+                lines += [_comment(f"{explain(field)}; {items.range}"), f"{key} = {shown}"]
             else:
                 declared = declaration(field)
                 words = explain(field) + (f"; {declared.range}" if declared and declared.range else "")

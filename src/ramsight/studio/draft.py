@@ -94,6 +94,7 @@ def rows(text: str, machine: Machine) -> list[Row]:
 def _row(written: Mapping[str, Any], value: Value, machine: Machine) -> Row:
     leaf = _leaf(written, value.path)
     plain = leaf.get("value") if isinstance(leaf, dict) else leaf
+    plain = ", ".join(map(str, plain)) if isinstance(plain, list) else plain
     declared = value.declared
     if leaf is not None:
         source = _source(written, value.path)
@@ -197,6 +198,8 @@ def _typed(text: str, machine: Machine, path: str) -> Any:
     """A text as TOML has it: numbers without a unit as numbers where numbers belong, all else as text."""
     text = text.strip()
     value = next((one for one in walk(machine) if one.path == path), None)
+    if value is not None and isinstance(value.value, tuple):
+        return [one.strip() for one in text.split(",")]
     if value is None or (value.declared is not None and value.declared.unit != "1"):
         return text
     if value.declared is None and not isinstance(value.value, bool | int | float):

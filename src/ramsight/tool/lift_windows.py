@@ -16,6 +16,7 @@ class Window:
     """Motion one way."""
 
     rows: slice  # samples after it has settled and before it ends; may be empty
+    motion: slice  # all its samples
     upwards: bool  # whether it lifts
     moving: float  # for how long it moves [s]
 
@@ -60,8 +61,8 @@ def windows(time: Array, velocity: Array, shown: Bools, stroke: float, lift_sign
             begins = int(np.searchsorted(time, time[first] + SETTLES))
             ends = int(np.searchsorted(time, time[end - 1] - SLOWS))
             rows = slice(begins, max(begins, ends))
-            found.append((first, Window(rows, sign > 0.0, float(time[end - 1] - time[first]))))
-    return [window for _, window in sorted(found, key=lambda one: one[0])]
+            found.append(Window(rows, slice(first, end), sign > 0.0, float(time[end - 1] - time[first])))
+    return sorted(found, key=lambda one: one.motion.start)
 
 
 def _bridged(time: Array, intervals: list[tuple[int, int]]) -> list[tuple[int, int]]:

@@ -20,7 +20,7 @@ from ramsight.arrays import Array
 from ramsight.errors import UnknownNameError
 from ramsight.machine.linkage import Linkage
 from ramsight.plant.linkage import Mechanism
-from ramsight.plant.linkage.members import Spot, Turning, spot
+from ramsight.plant.linkage.members import Spot, spot
 
 PLACE = ("reach", "height", "angle")
 _BENDS = 0.1  # share of the place's deviation by which a straight line is off, from which on the place is sampled
@@ -28,40 +28,32 @@ _NOTHING = 1e-9  # m and rad, of rounding
 _NODES = 5  # of a cylinder: exact for polynomials up to the ninth degree
 
 
-def tool_points(linkage: Linkage, mechanism: Mechanism) -> dict[str, Spot]:
-    """Points that have a name: tip, payload, described points, pivots and centres of mass.
-
-    Args:
-        linkage: the description.
-        mechanism: built of it.
-
-    Example:
-        >>> from ramsight import machine
-        >>> from ramsight.plant.linkage import build_mechanism
-        >>> spec = machine.load_machine("mining-loader").linkage
-        >>> sorted(tool_points(spec, build_mechanism(spec)))[:3]
-        ['boom.centre_of_mass', 'boom.pivot', 'bucket.centre_of_mass']
-    """
-    found = {"tip": mechanism.tip}
-    if mechanism.load is not None:
-        found["payload"] = mechanism.load
-    for body in mechanism.bodies:
-        found[f"{body.name}.centre_of_mass"] = Spot("centre of mass", body.name, body.centre_x, body.centre_z)
-        if isinstance(body, Turning):
-            found[f"{body.name}.pivot"] = Spot("pivot", body.name, body.pivot_x, body.pivot_z)
-    return found | {f"{point.body}.{name}": spot(point, name) for name, point in linkage.points.items()}
-
-
-def tool_point(linkage: Linkage, mechanism: Mechanism, name: str) -> Spot:
+def tool_point(linkage: Linkage, name: str) -> Spot:
     """The point of a name, ``tip`` or ``bucket.edge``.
 
     Raises:
         UnknownNameError: there is none.
+
+    Example:
+        >>> from ramsight import machine
+        >>> tool_point(machine.load_machine("mining-loader").linkage, "boom.pivot")
+        Spot(name='boom.pivot', body='boom', x=0.0, z=1.65)
     """
-    known = tool_points(linkage, mechanism)
+    known = linkage.spots
     if name not in known:
         raise UnknownNameError("point of the tool", name, known)
-    return known[name]
+    return spot(known[name], name)
+
+
+def place_at(mechanism: Mechanism, point: Spot, positions: Array) -> Array:
+    """Reach [m], height [m] and angle [rad] of a point at positions of the cylinders, shape (samples, 3).
+
+    Args:
+        mechanism: the mechanism.
+        point: of one of its bodies.
+        positions: of the cylinders [m], shape (samples, cylinders); NaN where unknown.
+    """
+    return np.asarray(_functions(mechanism, point)[0](positions.T).full().T)
 
 
 @dataclass(frozen=True)

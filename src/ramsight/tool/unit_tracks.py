@@ -24,6 +24,10 @@ class Rods:
     velocity: Array
     std: Array  # standard deviation of the position, from the half width of its band [m]
 
+    def rows(self, which: slice) -> Rods:
+        """The samples that were chosen."""
+        return Rods(self.position[which], self.velocity[which], self.std[which])
+
 
 @dataclass(frozen=True)
 class Others:

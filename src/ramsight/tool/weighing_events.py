@@ -17,13 +17,14 @@ from enum import Enum
 
 import numpy as np
 
-from ramsight.arrays import Array
+from ramsight.arrays import Array, Bools
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.linked import LinkedMachine
 from ramsight.signals import Signals
 from ramsight.tool.force_balance import Balance, balance
 from ramsight.tool.force_scale import Scale
 from ramsight.tool.lift_windows import Window, smoothed, windows
+from ramsight.tool.load_chart import LoadChart, LoadStatus, RatedLoad
 from ramsight.tool.unit_tracks import Others, Rods
 from ramsight.tool.weighing_limits import (
     BLOCK,
@@ -53,6 +54,20 @@ class Quality(Enum):
     UNKNOWN_POSITION = "position not known: give --start or --beside, or visit an end stop"
 
 
+@dataclass(frozen=True)
+class Moment:
+    """Largest load moment of a motion over the rated one."""
+
+    per_mass: float  # [1/kg]
+    own_std: float  # deviation of the share that is this lift's own [1]
+    covered: bool  # whether the load chart has all of its reach
+
+    def averaged(self, other: Moment) -> Moment:
+        """That of two motions of one load."""
+        own = 0.5 * math.hypot(self.own_std, other.own_std)
+        return Moment(max(self.per_mass, other.per_mass), own, self.covered and other.covered)
+
+
 @dataclass(frozen=True, eq=False)
 class Plain:
     """A lift by the described machine alone."""
@@ -65,6 +80,7 @@ class Plain:
     own_std: float  # deviation that is this lift's own: noise, positions, inclination, what no lift repeats [kg]
     others: Array  # positions of the other cylinders [m]
     quality: Quality  # whether it is good
+    moment: Moment | None = None  # over the rated one; None without a load chart that has a place of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +97,9 @@ class Weighing:
         quality: whether it is good, or why it is not.
         row: change of the mass by each term of the scale, which other weighings share.
         own_std: deviation that is its own [kg].
+        rated_share, rated_share_std: largest load moment of the motion over the rated one [1]; NaN where unknown.
+        exceeded_probability: that the rated load was exceeded [1]; NaN where unknown.
+        rated_status: within, near, exceeded or unknown.
     """
 
     time: float
@@ -94,6 +113,10 @@ class Weighing:
     quality: Quality
     row: Array = field(repr=False)
     own_std: float
+    rated_share: float = math.nan
+    rated_share_std: float = math.nan
+    exceeded_probability: float = math.nan
+    rated_status: LoadStatus = LoadStatus.UNKNOWN
 
     @property
     def is_good(self) -> bool:
@@ -109,6 +132,7 @@ class Scene:
     unit: str  # the unit that lifts
     others: Others  # the units beside it
     inclination: float = 0.0  # of the machine, its front up [rad]
+    chart: LoadChart | None = None  # what may be lifted
 
     @property
     def rated(self) -> float:
@@ -135,39 +159,43 @@ class Scene:
         sign = self.machine.unit(self.unit).lift_sign
         return Balance(*(sign * one for one in vars(found).values()))
 
+    def moments(self, rods: Rods, tilt: float = 0.0) -> tuple[Array, Bools]:
+        """Load moments of a kilogram over the rated ones [1/kg], and where the load chart has their reach."""
+        if self.chart is None:
+            return np.full(len(rods.position), np.nan), np.zeros(len(rods.position), dtype=bool)
+        return self.chart.shares(self.machine.mechanism, rods.position, self.inclination + tilt)
+
 
 def lifts(scene: Scene, track: Signals) -> list[Plain]:
-    """All motions of a log as lifts by the described machine.
+    """All motions of a log as lifts by the described machine; each follows from the samples of its own motion alone.
 
     Args:
         scene: the machine and its other units.
         track: of the unit that lifts, with position, velocity, load, load_std, load_age and status.
     """
     track = track.rows(np.diff(track["time"].values, prepend=-np.inf) > 0.0)
-    time = track["time"].values
-    if len(time) < 3:
-        return []
     unit = scene.machine.unit(scene.unit)
     shown = track["load_age"].values <= 0.0
-    found = windows(time, track["velocity"].values, shown, unit.cylinder.stroke, unit.lift_sign)
+    found = windows(track["time"].values, track["velocity"].values, shown, unit.cylinder.stroke, unit.lift_sign)
     rods = scene.others.rods(scene.machine, scene.unit, track)
-    rods = replace(rods, velocity=smoothed(time, np.nan_to_num(rods.velocity)))
-    acceleration = np.gradient(rods.velocity, time, axis=0)
     column = scene.machine.mechanism.cylinders.index(scene.unit)
-    return [_lift(scene, track, rods, acceleration, window, column) for window in found]
+    return [_lift(scene, track.rows(one.motion), rods.rows(one.motion), one, column) for one in found]
 
 
-def _lift(scene: Scene, track: Signals, rods: Rods, acceleration: Array, window: Window, column: int) -> Plain:
-    rows, time = window.rows, track["time"].values
-    here = Rods(rods.position[rows], rods.velocity[rows], rods.std[rows])
+def _lift(scene: Scene, track: Signals, rods: Rods, window: Window, column: int) -> Plain:
+    first, time = window.motion.start, track["time"].values
+    rows = slice(window.rows.start - first, window.rows.stop - first)
     force, force_std = track["load"].values[rows], track["load_std"].values[rows]
     duration = float(time[rows][-1] - time[rows][0]) if len(force) else 0.0
-    middle = float(time[rows].mean()) if len(force) else float(time[min(rows.start, len(time) - 1)])
-    found = scene.balance(here, acceleration[rows])
-    others = np.delete(here.position, column, axis=1)[-1] if len(force) else np.zeros(0)
+    middle = float(time[rows].mean()) if len(force) else 0.5 * float(time[0] + time[-1])
+    others = np.delete(rods.position[rows], column, axis=1)[-1] if len(force) else np.zeros(0)
     nothing = Plain(middle, duration, window.upwards, math.nan, np.zeros(4), math.nan, others, Quality.TOO_SHORT)
     if len(force) == 0:
         return nothing
+    rods = replace(rods, velocity=smoothed(time, np.nan_to_num(rods.velocity)))
+    acceleration = np.gradient(rods.velocity, time, axis=0)[rows]
+    here = rods.rows(rows)
+    found = scene.balance(here, acceleration)
     known = np.isfinite(found.payload) & np.isfinite(force) & np.isfinite(here.std).all(axis=1)
     if not known.all():
         return replace(nothing, quality=Quality.UNKNOWN_POSITION)
@@ -177,16 +205,23 @@ def _lift(scene: Scene, track: Signals, rods: Rods, acceleration: Array, window:
     direction = 1.0 if window.upwards else -1.0
     row = np.array([push, direction * push, shift, direction * shift])
     blocks, noise = _blocks(time[rows], (force - b) / p)
-    by_position = _by_positions(scene, here, acceleration[rows], force, mass)
+    by_position, share_by_position = _by_positions(scene, rods, rows, acceleration, force)
     observed = shift * float(np.sqrt(np.mean(force_std**2))) / math.sqrt(max(duration / BLOCK, 1.0))
     by_noise = min(noise / math.sqrt(max(len(blocks), 1)), observed)
-    own_std = math.hypot(by_noise, by_position, REPEATS_STD * abs(push))
+    repeats = REPEATS_STD * abs(push)
     steady = np.abs(found.bodies_moving + mass * found.payload_moving) <= STEADY * np.abs(force)
     speed = here.velocity[:, column]
     varies = float(np.std(speed)) > SPEED_VARIES * abs(float(np.mean(speed)))
     is_steady = float(steady.mean()) >= STEADY_SHARE and not varies
     quality = _quality(scene, duration, is_steady, by_position, blocks, noise)
-    return Plain(middle, duration, window.upwards, mass, row, own_std, others, quality)
+    moments, inside = scene.moments(rods)
+    moment = None
+    if inside.any():
+        per_mass = float(moments[inside].max())
+        own = math.hypot(per_mass * math.hypot(by_noise, repeats), share_by_position)
+        moment = Moment(per_mass, own, bool(inside.all()))
+    own_std = math.hypot(by_noise, by_position, repeats)
+    return Plain(middle, duration, window.upwards, mass, row, own_std, others, quality, moment)
 
 
 def _blocks(time: Array, masses: Array) -> tuple[Array, float]:
@@ -199,21 +234,28 @@ def _blocks(time: Array, masses: Array) -> tuple[Array, float]:
     return means, noise
 
 
-def _by_positions(scene: Scene, rods: Rods, acceleration: Array, force: Array, mass: float) -> float:
-    """Deviation of a mass by those of the positions and of the inclination [kg]."""
+def _by_positions(scene: Scene, rods: Rods, rows: slice, acceleration: Array, force: Array) -> tuple[float, float]:
+    """Deviations by those of the positions and of the inclination: of a mass [kg], of its share of the rated load [1].
 
-    def of(moved: Rods, tilt: float = 0.0) -> float:
-        b, p = scene.balance(moved, acceleration, tilt).in_motion()
-        return float(np.nansum(p * (force - b)) / np.nansum(p * p)) - mass
+    Both follow from the same positions, so that what their errors have in common counts as it does.
+    """
+    inside = scene.moments(rods)[1]
 
-    parts = [of(rods, INCLINATION_STD)]
+    def of(moved: Rods, tilt: float = 0.0) -> Array:
+        b, p = scene.balance(moved.rows(rows), acceleration, tilt).in_motion()
+        mass = float(np.nansum(p * (force - b)) / np.nansum(p * p))
+        return np.array([mass, mass * np.fmax.reduce(scene.moments(moved, tilt)[0][inside], initial=np.nan)])
+
+    here = of(rods)
+    parts = [of(rods, INCLINATION_STD) - here]
     for k in range(rods.position.shape[1]):
-        if rods.std[:, k].any():
+        if rods.std[rows, k].any():
             one = np.zeros_like(rods.position)
             one[:, k] = rods.std[:, k]
-            sides = [abs(of(replace(rods, position=rods.position + sign * one))) for sign in (1.0, -1.0)]
-            parts.append(max(sides))
-    return math.hypot(*parts)
+            sides = [np.abs(of(replace(rods, position=rods.position + sign * one)) - here) for sign in (1.0, -1.0)]
+            parts.append(np.max(sides, axis=0))
+    by_mass, by_share = (math.hypot(*column) for column in zip(*parts, strict=True))
+    return by_mass, by_share
 
 
 def _quality(
@@ -265,9 +307,14 @@ def _weighing(one: Plain, scale: Scale, cycle: int, direction: str) -> Weighing:
     mass, shared = scale.mass(one.mass, one.row)
     std = math.hypot(shared, one.own_std)
     half = TWO_SIDED_95 * std
+    rated = RatedLoad()
+    if one.moment is not None and one.quality is Quality.GOOD:
+        factor = one.moment.per_mass
+        rated = RatedLoad.of(factor * mass, math.hypot(factor * shared, one.moment.own_std), covered=one.moment.covered)
     return Weighing(
-        one.time, one.duration, cycle, direction, mass, std, mass - half, mass + half, one.quality, one.row, one.own_std
-    )
+        one.time, one.duration, cycle, direction, mass, std, mass - half, mass + half, one.quality, one.row,
+        one.own_std, rated.share, rated.std, rated.exceeded, rated.status,
+    )  # fmt: skip
 
 
 def is_same_load(up: Plain, down: Plain, scale: Scale, strokes: Array) -> bool:
@@ -297,4 +344,5 @@ def _mean(up: Plain, down: Plain) -> Plain:
         mass=0.5 * (up.mass + down.mass),
         row=0.5 * (up.row + down.row),
         own_std=0.5 * math.hypot(up.own_std, down.own_std),
+        moment=None if up.moment is None or down.moment is None else up.moment.averaged(down.moment),
     )

@@ -27,5 +27,7 @@ INCLINATION_STD = Constant(0.0087, "rad", "of a machine's declared inclination: 
 REPEATS_STD = Constant(1.2e-3, "1", "of a force, new with each lift: oil temperature and pressure losses differ")
 PAIR_STDS = Constant(3.0, "1", "deviations of friction within which up and down are of one load")
 STANDS_STILL = Constant(0.02, "1", "stroke by which other units may move between up and down of one load")
+NEAR_FROM = Constant(0.05, "1", "probability of an exceeded rated load from which it is near: one end of a 90 % band")
+EXCEEDED_FROM = Constant(0.5, "1", "probability from which the rated load is exceeded: more likely than not")
 EMPTY_SHARE = Constant(0.03, "1", "rated payload below which a lift counts as of an empty tool")
 KNOWN_STD = Constant(5e-3, "1", "of a known mass: a weighbridge of class IV, its steps over the mass")

@@ -17,17 +17,33 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
-def weighings_table(found: Sequence[Weighing]) -> Table:
-    """A row a weighing."""
+def weighings_table(found: Sequence[Weighing], *, rated: bool) -> Table:
+    """A row a weighing.
+
+    Args:
+        found: the weighings.
+        rated: whether the machine has a load chart.
+    """
     from rich.table import Table
 
     table = Table("time", "cycle", "direction", "mass", "95 % band", "quality")
+    if rated:
+        table.add_column("of rated load")
     for one in found:
         mass = f"{one.mass:.0f} kg" if np.isfinite(one.mass) else "–"
         band = f"± {TWO_SIDED_95 * one.std:.0f} kg" if np.isfinite(one.std) else "–"
         quality = "good" if one.is_good else f"bad: {one.quality.value}"
-        table.add_row(f"{one.time:.1f} s", str(one.cycle), one.direction, mass, band, quality)
+        cells = [f"{one.time:.1f} s", str(one.cycle), one.direction, mass, band, quality]
+        table.add_row(*cells, *([_of_rated(one)] if rated else ()))
     return table
+
+
+def _of_rated(one: Weighing) -> str:
+    status = one.rated_status.name.lower()
+    if not np.isfinite(one.rated_share):
+        return status
+    half = TWO_SIDED_95 * one.rated_share_std
+    return f"{100 * one.rated_share:.0f} ± {100 * half:.0f} %, {status}"
 
 
 def draw_weighings(found: Sequence[Weighing], logs: Sequence[int], path: str | Path) -> None:

@@ -1,0 +1,70 @@
+"""Lifts of a machine that works, sample by sample: those that `lifts` finds in a log of the same samples.
+
+A lift follows from the samples of its motion alone. So samples are kept while something moves, and the stretch goes to
+`lifts` once no later sample can belong to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST, VirtualSensor
+from ramsight.signals import TIME, Signal, Signals
+from ramsight.tool.weighing_events import Plain, Scene, lifts
+from ramsight.tool.weighing_limits import BRIDGED, MOVING
+
+_OUTPUTS = ("position", "position_std", "velocity", "load", "load_std", "load_age", LOWEST, HIGHEST, "status")
+
+
+class LiveLifts:
+    """Finds lifts in what sensors say.
+
+    Args:
+        scene: the machine; units without a sensor stand where it says.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._slowest = MOVING * scene.machine.unit(scene.unit).cylinder.stroke
+        self._last = self._moved = -np.inf  # times of the last sample, and of the last one in motion [s]
+        self._rows: list[list[float]] = []
+        self._columns: list[tuple[str, str]] = []
+
+    def step(self, time: float, sensors: Mapping[str, VirtualSensor]) -> list[Plain]:
+        """Take what sensors said last.
+
+        Args:
+            time: of the sample [s]; `lifts` passes over one that is not after the one before.
+            sensors: by the names of their units, the same ones at each step.
+
+        Returns:
+            Motions that have ended: nothing has moved for the time that a pause of a lift may take.
+        """
+        before, self._last = self._last, time
+        self._columns = [(unit, name) for unit, one in sensors.items() for name in _OUTPUTS if name in one.outputs]
+        row = [time, *(sensors[unit].says(name) for unit, name in self._columns)]
+        found = []
+        if self._rows and time - self._moved > BRIDGED:
+            found = self.finish()
+            self._rows = [[before, *(np.nan for _ in self._columns)]]  # at rest: what follows it is no gap
+        self._rows.append(row)
+        own = sensors[self._scene.unit]
+        if abs(own.says("velocity")) > self._slowest and own.says("load_age") <= 0.0:
+            self._moved = time
+        return found
+
+    def finish(self) -> list[Plain]:
+        """The motion that has not ended yet, where no more samples come."""
+        rows, self._rows = self._rows, []
+        if not rows or self._moved < rows[0][0]:
+            return []
+        time, *columns = np.ascontiguousarray(np.array(rows).T)
+        tracks: dict[str, dict[str, Signal]] = {}
+        for (unit, name), values in zip(self._columns, columns, strict=True):
+            tracks.setdefault(unit, {TIME: Signal(time)})[name] = Signal(values)
+        own = Signals(tracks.pop(self._scene.unit))
+        beside = {unit: Signals(one) for unit, one in tracks.items()}
+        return lifts(replace(self._scene, others=replace(self._scene.others, tracks=beside)), own)
