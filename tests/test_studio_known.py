@@ -113,7 +113,7 @@ def test_what_would_make_it_surer_is_an_end_that_may_be_elsewhere(known, chances
 )
 def test_if_it_is_wrong_the_piston_is_where_the_hypothesis_that_costs_most_has_it(chances, chance, kind, where):
     found = Known(sensor(chances), 0.7).look(3.0, estimate())["wrong"]
-    assert found == f"With {chance}, {kind.words}: the piston is then between {where} mm."
+    assert found == f"With a probability of {chance}, {kind.words}: the piston is then between {where} mm."
 
 
 def test_if_it_is_wrong_the_piston_is_within_its_stroke_and_nothing_is_wrong_that_is_not_said():

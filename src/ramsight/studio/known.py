@@ -115,7 +115,7 @@ class Known:
         half = TWO_SIDED_95 * math.sqrt(max(variances[k], 0.0))
         low, high = (1e3 * min(max(places[k] + side * half, 0.0), self._stroke) for side in (-1.0, 1.0))
         chance = "less than 0.1 %" if chances[kind] < 1e-3 else f"{100.0 * chances[kind]:.1f} %"
-        return f"With {chance}, {kind.words}: the piston is then between {low:.0f} and {high:.0f} mm."
+        return f"With a probability of {chance}, {kind.words}: the piston is then between {low:.0f} and {high:.0f} mm."
 
     def _follow(self, time: float, met: tuple[float, float], referred: float, chances: dict[Kind, float]) -> None:
         """Take note of what was measured since the last look, and of what it made likelier."""
