@@ -43,10 +43,12 @@ from ramsight.studio.playing import DUTIES, ENDS
 from ramsight.studio.rig import Rig
 from ramsight.studio.session import STANDS, Session
 from ramsight.studio.setting import catalogue_name, query_of, read_setting, with_unit
+from ramsight.studio.strips import PRESETS, SIGNALS, STRIPS
 from ramsight.studio.thinning import keep, kept, thinned
 from ramsight.studio.uploaded_log import NOWHERE, Asked, find_factors, find_leak, judge, propose, references, track
 from ramsight.studio.visitors import Visitors
 from ramsight.studio.worker import _ALIVE, flows
+from ramsight.studio.worker import _columns as columns_of  # of a frame
 
 from .waiting import wait_for
 
@@ -149,6 +151,53 @@ def test_a_link_names_the_tab_that_is_open():
     assert [read_setting(query).span for query in ({}, {"span": "all"})] == ["2min", "all"]
 
 
+def test_a_link_says_the_strips_in_their_order_and_each_once():
+    for text, found in (
+        (None, STRIPS), ("none", ()), ("oil,position,oil", ("oil", "position")),
+        ("boom.true bucket.true", ("boom.true bucket.true",)),
+        ("speed torque", ("speed torque",)), ("kalman_level balance_level", ("kalman_level balance_level",)),
+    ):  # fmt: skip
+        assert read_setting({} if text is None else {"strips": text}).strips == found
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("speed torque true", r"'rpm, N m, mm': cannot be shown together.*up to 2 units of measure"),
+        ("true kalman_level", r"'mm, status': cannot be shown together"),
+        (",".join(f"u{k}.true" for k in range(13)), r"'13': are too many.*up to 12 strips"),
+        ("boom.speet", r"'speet': is no strip and no signal.*position.*such as speed,"),
+    ],
+)
+def test_strips_that_no_page_shows_are_refused_with_what_it_does_show(text, words):
+    with pytest.raises(RamsightError, match=words):
+        read_setting({"strips": text})
+    assert len(read_setting({"strips": ",".join(f"u{k}.true" for k in range(12))}).strips) == 12
+
+
+def test_a_strip_of_a_unit_that_does_not_run_is_refused():
+    asked = read_setting({"strips": "position,true mast.true"})
+    with pytest.raises(RamsightError, match=r"link: unknown unit 'mast' \(known: boom, bucket\)"):
+        with_unit(asked, ["boom", "bucket"])
+    assert with_unit(asked, ["boom", "mast"]) == "boom"
+
+
+def test_every_signal_of_a_strip_is_in_a_frame_or_held_by_the_page():
+    rig = Rig(machine.load_machine("press"))
+    for kind in ("unreferenced", "table"):
+        rig.sense(kind, on=True)
+    rig.add_second("ram")
+    row = next(row for _ in range(50) if (row := rig.step()["ram"]).second is not None)
+    known = rig.known("ram", row.time)
+    held = {one["name"] for one in (*known["learned"], *known["hypotheses"])} | {"oil_pumps", "oil_tank"}
+    columns = set(columns_of([row], 0.5)) | held
+    assert {one.column or name for name, one in SIGNALS.items()} <= columns
+    assert all(one.measure for one in SIGNALS.values())
+    for title, names in PRESETS.values():
+        assert title
+        assert read_setting({"strips": " ".join(names)}).strips == (" ".join(names),)
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [
@@ -156,7 +205,8 @@ def test_a_link_names_the_tab_that_is_open():
         ("leak", "3.01"), ("leak", "0.49"), ("leak", "nan"), ("leak", "inf"), ("leak", ""), ("leak", "\u0661"),
         ("leak", "1_0"), ("leak", "1e999"), ("leak", "9" * 900), ("load", "-1"), ("speed", "51"), ("speed", "-1"),
         ("faults", "fire"), ("faults", "torque,"), ("sensors", "kalman;balance"), ("duty", "none"), ("hold", "1"),
-        ("play", "<script>"), ("play", ""), ("strips", "position,\n"), ("tab", "Live,Logs"), ("span", "1h"),
+        ("play", "<script>"), ("play", ""), ("strips", "position,\n"), ("strips", ""), ("strips", "a.b"),
+        ("tab", "Live,Logs"), ("span", "1h"),
         ("x", "1"), ("", ""), ("unit", "x" * 2000), ("\r\nset-cookie", "a"),
     ],
 )  # fmt: skip

@@ -311,7 +311,56 @@ def test_what_the_sensor_knows_is_drawn_over_the_cylinder(page):
     )
     assert min(heights) == pytest.approx(0.0, abs=0.1), "the likeliest place is as high as the picture"
     page.get_by_role("button", name="boom: reference", exact=True).click()
-    wait(page, lambda: re.search(r"last end or reference \d+ s ago", page.locator("#known-said").inner_text()))
+    wait(page, lambda: re.search(r"last end or reference was \d+ s ago", page.locator("#known-said").inner_text()))
+
+
+ONE_INSTANT = """(() => {
+  const { frame } = studio;
+  studio.frame = (f) => {
+    if (studio.stands) return 0;
+    studio.stands = "boom" in f.known;
+    return frame(f);
+  };
+})()"""
+"""Lets the page stand as soon as it has been told what the sensor knows: all that is on it is of that instant."""
+
+
+def answers(page):
+    """Answers of the page to its questions, by question."""
+    dl = page.locator("#known-said")
+    return dict(zip(*(dl.locator(one).all_inner_texts() for one in ("dt", "dd")), strict=True))
+
+
+def test_five_questions_are_answered_by_a_look(loader, visitor):
+    page = visitor()
+    runs(page, f"{loader[0]}?play=ends&strips=position,error")
+    wait(page, lambda: "unknown" in page.locator("#known-now").inner_text())
+    nothing_known = answers(page)
+    assert list(nothing_known) == ["What does it know now?", "How sure is it?", "Since when?", "What makes it surer?",
+                                   "What if it is wrong?"]  # fmt: skip
+    assert nothing_known["How sure is it?"].startswith("In 95 of 100 cases it is between 0.0 and 700.0 mm.")
+    assert nothing_known["Since when?"] == "It has met no end and no reference yet."
+    assert nothing_known["What makes it surer?"].startswith("Press it on an end")
+    assert nothing_known["What if it is wrong?"].startswith("It gives no position")
+    wait(page, lambda: "end met" in page.locator("#known-moved").inner_text())
+    wait(page, lambda: "1 s ago" in page.locator("#known-since").inner_text())
+    page.wait_for_timeout(1500)
+    page.evaluate(ONE_INSTANT)
+    wait(page, lambda: page.evaluate("studio.stands"))
+    said = answers(page)
+    at = float(re.fullmatch(r"The piston is at (\d+\.\d) mm\.", said["What does it know now?"])[1])
+    sure = r"In 95 of 100 cases it is between (\S+) and (\S+) mm; one sample in 100\s000 is off by more than (\d+) mm."
+    low, high, bound = map(float, re.fullmatch(sure, said["How sure is it?"]).groups())
+    assert low <= at <= high
+    assert high - low < 700.0
+    assert bound > 0.5 * (high - low)
+    assert re.fullmatch(r"The last end or reference was \d+ s ago\.", said["Since when?"])
+    assert re.match(r"Press it on the \w+ end, and on the other one", said["What makes it surer?"])
+    wrong = r"With a probability of .+ %, the extended end is met elsewhere: .+ between (\d+) and (\d+) mm\."
+    assert at - 50.0 > float(re.fullmatch(wrong, said["What if it is wrong?"])[1])
+    shown = {"now": "#bar .unit", "sure": "#known", "since": "#strip-position", "surer": "#known-said"}
+    for name, place in (shown | {"wrong": "#known-hypotheses"}).items():
+        picture(page.locator(place).first, f"studio-{name}.png")
 
 
 def figures(text):

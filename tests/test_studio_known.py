@@ -23,9 +23,9 @@ CHANCES = {Kind.DESCRIBED: 0.9, Kind.UNKNOWN_POSITION: 0.1}
 
 
 def sensor(chances=CHANCES, met=(0.0, 0.0), **says):
-    """One of two hypotheses at 0.1 m, the second one 20 mm further and known to 30 mm."""
+    """One of some hypotheses at 0.1 m, the second and third one 20 and 30 mm further and known to 30 mm."""
     state = {"position": 0.1, "met_low": met[0], "met_top": met[1]}
-    for k, (place, variance) in enumerate([(0.0, 1e-6), (0.02, 9e-4)]):
+    for k, (place, variance) in enumerate([(0.0, 1e-6), (0.02, 9e-4), (0.03, 9e-4)]):
         state |= {f"hypotheses[{k}].position": place, f"hypotheses[{k}].covariance[position,position]": variance}
     outputs = {f"{kind.text}_probability": p for kind, p in chances.items()}
     outputs |= {"position_low": 0.09, "position_high": 0.13, "position_bound": 0.05, "status": 0.0}
@@ -99,6 +99,27 @@ def test_the_newest_four_changes_are_kept():
 )
 def test_what_would_make_it_surer_is_an_end_that_may_be_elsewhere(known, chances, words):
     assert Known.surer(known=known, chances=chances).startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("chances", "chance", "kind", "where"),
+    [
+        ({Kind.DESCRIBED: 0.9, Kind.TOP: 0.1}, "10.0 %", Kind.TOP, "61 and 179"),
+        ({Kind.DESCRIBED: 0.1, Kind.TOP: 0.9}, "10.0 %", Kind.DESCRIBED, "98 and 102"),
+        ({Kind.DESCRIBED: 0.8, Kind.LOW: 0.11, Kind.TOP: 0.09}, "9.0 %", Kind.TOP, "71 and 189"),
+        ({Kind.DESCRIBED: 0.8, Kind.LOW: 0.13, Kind.TOP: 0.07}, "13.0 %", Kind.LOW, "61 and 179"),
+        ({Kind.DESCRIBED: 0.9995, Kind.TOP: 0.0005}, "less than 0.1 %", Kind.TOP, "61 and 179"),
+    ],
+)
+def test_if_it_is_wrong_the_piston_is_where_the_hypothesis_that_costs_most_has_it(chances, chance, kind, where):
+    found = Known(sensor(chances), 0.7).look(3.0, estimate())["wrong"]
+    assert found == f"With a probability of {chance}, {kind.words}: the piston is then between {where} mm."
+
+
+def test_if_it_is_wrong_the_piston_is_within_its_stroke_and_nothing_is_wrong_that_is_not_said():
+    assert Known(sensor(), 0.15).look(3.0, estimate())["wrong"].endswith("between 61 and 150 mm.")
+    unknown = Known(sensor(), 0.7).look(3.0, estimate(status=Status.NOT_REFERENCED))
+    assert unknown["wrong"].startswith("It gives no position")
 
 
 def test_a_rig_knows_by_its_kalman_sensor_and_begins_again_with_another_one():

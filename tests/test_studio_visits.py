@@ -512,6 +512,59 @@ def test_a_run_is_looked_back_at_and_the_link_keeps_for_how_long(loader, visitor
     wait(page, lambda: "span=all" in page.url)
 
 
+LOOK_OF = """(({ plot: { series, axes } }) =>
+  [series.slice(1).map((one) => one.label), axes.slice(1).map((one) => one.label),
+   series.map((one) => `${one._stroke}${one.dash}`)])(studio.plots().at(-1))"""
+"""Names of a strip's lines and axes, and how its lines look."""
+
+
+def strip_titles(page):
+    return page.locator("#strips .u-title").all_inner_texts()
+
+
+def test_a_strip_of_chosen_signals_of_two_units_is_kept_by_the_link_and_keys_are_enough(page, loader, visitor):
+    wait(page, lambda: page.locator("#known-learned svg").count() == 3)
+    usual = strip_titles(page)
+    page.locator("#strip-add").focus()
+    page.keyboard.press("Enter")
+    menu = page.locator(".strip details[open]")
+    menu.locator("fieldset").first.wait_for()
+    assert "Choose signals." in page.locator(".strip-plot").last.inner_text()
+    for name in ("boom: leakage [× data sheet]", "bucket: leakage [× data sheet]", "shown: motor speed [rpm]"):
+        page.get_by_label(name, exact=True).focus()
+        page.keyboard.press("Space")
+    assert page.get_by_label("shown: pressure A [bar]", exact=True).is_disabled(), "two axes are taken"
+    assert page.get_by_label("shown: compliance [× data sheet]", exact=True).is_enabled()
+    assert page.get_by_label("shown: kalman [status]", exact=True).is_disabled(), "lanes stand alone"
+    assert serious(page) == []
+    own = page.evaluate(LOOK_OF)
+    assert own[0][:4] == ["motor speed", "boom leakage", "bucket leakage", "95 % band"]
+    assert own[1] == ["rpm", "× data sheet"]
+    assert len(set(own[2][1:4])) == 3, "each line has a look of its own"
+    learned = page.evaluate("['boom', 'bucket'].map((one) => studio.units[one].leakage.at(-1))")
+    wait(page, lambda: page.evaluate("studio.plots().at(-1).plot.data[0].length") > 10)
+    assert [round(page.evaluate(f"studio.plots().at(-1).plot.data[{k}].at(-1)"), 1) for k in (2, 3)] == [
+        pytest.approx(one, abs=0.2) for one in learned
+    ]
+    page.keyboard.press("Escape")
+    menu.wait_for(state="detached")
+    up = page.locator(".strip").last.get_by_role("button", name="move up")
+    up.focus()
+    page.keyboard.press("Enter")
+    assert page.evaluate("document.activeElement.dataset.stripDo") == "up", "the focus goes with it"
+    chosen = "speed+boom.leakage+bucket.leakage"
+    wait(page, lambda: page.url.endswith(f"&strips=position,error,status,drive,{chosen},pressure"))
+    page.get_by_role("button", name="remove: boom: error [mm]").click()
+    wait(page, lambda: page.url.endswith(f"&strips=position,status,drive,{chosen},pressure"))
+    other = visitor()
+    runs(other, page.url)
+    wait(other, lambda: len(strip_titles(other)) == 5)
+    assert strip_titles(other) == strip_titles(page)
+    assert strip_titles(page) == [
+        usual[0], *usual[2:4], "boom: motor speed, boom leakage, bucket leakage [rpm, × data sheet]", usual[4],
+    ]  # fmt: skip
+
+
 def test_steps_of_a_scenario_are_marked_in_the_strips(loader, visitor):
     page = visitor()
     runs(page, f"{loader[0]}?play=ends")
@@ -532,7 +585,7 @@ def test_a_unit_that_is_chosen_is_what_bar_strips_and_canvases_speak_of(page):
     assert len(titles) == 5
     assert all(one.startswith("bucket: ") for one in titles)
     assert page.evaluate("studio.plots().map((one) => one.plot.axes.slice(1).map((axis) => axis.label))") == [
-        ["mm"], ["mm"], ["rpm", "N m"], ["bar"], [None],
+            ["mm"], ["mm"], [None], ["rpm", "N m"], ["bar"],
     ]  # fmt: skip
     page.locator(".space canvas[aria-label]").wait_for()
     canvases = page.evaluate("[...document.querySelectorAll('canvas')].map((one) => one.getAttribute('aria-label'))")

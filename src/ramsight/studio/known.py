@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.kind import Kind, covariance_of, state_of
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
@@ -27,6 +28,7 @@ _NEXT = {
     Kind.UNKNOWN_POSITION: "Press it on an end of the stroke, or give a reference.",
 }
 """What would make a sensor surer, by the likeliest hypothesis that contradicts the description."""
+_NO_POSITION = "It gives no position, so nothing that relies on one is misled."
 
 
 class Known:
@@ -70,7 +72,8 @@ class Known:
         Returns:
             `position`, `low` and `high` of the 95 % band, `bound`, `stroke`; `hypotheses` with name, words, place,
             deviation and chance; `learned` quantities over the data sheet; `since`, the time since a measurement of
-            the place [s]; `moved`, what made hypotheses likelier; `next`, what would make it surer.
+            the place [s]; `moved`, what made hypotheses likelier; `next`, what would make it surer; `wrong`, where the
+            piston is if it is wrong.
         """
         state, says = self.sensor.state, self.sensor.says
         chances = {kind: says(f"{kind.text}_probability") for kind in self.kinds}
@@ -97,7 +100,22 @@ class Known:
             "since": None if math.isnan(self._since) else round(time - self._since, 1),
             "moved": list(self._moved),
             "next": self.surer(known=known, chances=chances),
+            "wrong": self._wrong(said.position, chances, places, variances) if known else _NO_POSITION,
         }  # fmt: skip
+
+    def _wrong(self, position: float, chances: dict[Kind, float], places: list[float], variances: list[float]) -> str:
+        """Where the piston is, with 95 %, by the hypothesis that adds most to the square of the error."""
+        best = max(chances, key=lambda kind: chances[kind])
+
+        def cost(k: int) -> float:
+            return chances[self.kinds[k]] * (variances[k] + (places[k] - position) ** 2)
+
+        k = max((k for k, kind in enumerate(self.kinds) if kind is not best), key=cost)
+        kind = self.kinds[k]
+        half = TWO_SIDED_95 * math.sqrt(max(variances[k], 0.0))
+        low, high = (1e3 * min(max(places[k] + side * half, 0.0), self._stroke) for side in (-1.0, 1.0))
+        chance = "less than 0.1 %" if chances[kind] < 1e-3 else f"{100.0 * chances[kind]:.1f} %"
+        return f"With a probability of {chance}, {kind.words}: the piston is then between {low:.0f} and {high:.0f} mm."
 
     def _follow(self, time: float, met: tuple[float, float], referred: float, chances: dict[Kind, float]) -> None:
         """Take note of what was measured since the last look, and of what it made likelier."""

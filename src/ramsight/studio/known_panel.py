@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from nicegui import ui
 
+_QUESTIONS = {
+    "now": "What does it know now?", "sure": "How sure is it?", "since": "Since when?",
+    "next": "What makes it surer?", "wrong": "What if it is wrong?",
+}  # fmt: skip
+"""What a look at the page answers, by what the places of the answers are called."""
+
 
 def places_panel(of: str) -> None:
-    """How likely each place in the cylinder is.
+    """How likely each place in the cylinder is, and what that answers.
 
     Args:
         of: what the places on the page are called, as `known`.
@@ -18,11 +24,12 @@ def places_panel(of: str) -> None:
             " 95 % band; whiskers: the bound; triangle: where the piston is"
         ).classes("text-xs")
         ui.element("div").props(f"id={of}").classes("w-full")
-        ui.label("–").props(f"id={of}-said").classes("text-xs")
+        rows = "".join(f"<dt>{question}</dt><dd id={of}-{name}>–</dd>" for name, question in _QUESTIONS.items())
+        ui.html(rows, sanitize=False, tag="dl").classes("answers").props(f"id={of}-said")
 
 
 def reasons_panel(of: str) -> None:
-    """Why it knows that, and what would make it surer.
+    """Why it knows that.
 
     Args:
         of: what the places on the page are called, as `known`.
@@ -33,6 +40,5 @@ def reasons_panel(of: str) -> None:
             f'id={of}-hypotheses class=known-hypotheses aria-label="what it takes for true, and how likely that is"'
         )
         ui.label("").props(f"id={of}-moved").classes("text-xs whitespace-pre-wrap")
-        ui.label("–").props(f"id={of}-next").classes("text-xs")
         ui.label("learned, over the data sheet; dashed: as the data sheet has it").classes("text-xs mt-1")
         ui.element("div").props(f"id={of}-learned").classes("now known-learned")

@@ -20,7 +20,7 @@ from ramsight.studio.session import STANDS, Session
 from ramsight.studio.setting import Setting, catalogue_name, query_of
 from ramsight.studio.status_bar import status_bar, status_help
 from ramsight.studio.story_panel import StoryPanel
-from ramsight.studio.strips_panel import strips_panel
+from ramsight.studio.strips_panel import strips_known, strips_panel
 from ramsight.studio.worker import Frame
 
 _STANDS = f"the machine's process has said nothing for {STANDS:g} s: what is shown is old"
@@ -92,7 +92,8 @@ def live_page(
         if gone_on or again:  # a scene has set something
             controls.follow(frame.settings, levers=again)
 
-    view = f"studio.show({json.dumps(shown)}); studio.strips({json.dumps(setting.strips)}); "
+    view = f"studio.strips({json.dumps(strips_known())}, {json.dumps(setting.strips)}); "
+    view += f"studio.show({json.dumps(shown)}); "
     view += f"studio.timeline.spanned({json.dumps(setting.span)})"
     background_tasks.create(_follow(session, client, scene, prepared, show, view, laid_out))
     lost = None if can_link or name is not None else described.title or described.name

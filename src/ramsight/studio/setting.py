@@ -19,16 +19,15 @@ from ramsight.machine.description import Machine
 from ramsight.studio.knobs import FAULTS, KINDS, KNOBS, SENSORS
 from ramsight.studio.playing import DUTIES
 from ramsight.studio.scenarios import FIRST, NOTHING, SCENARIOS
+from ramsight.studio.strips import STRIPS, read_strips, units_of
 from ramsight.studio.worker import FASTEST
 
-STRIPS = ("position", "error", "status", "drive", "pressure")
-"""Strips of the page, from above."""
 SPANS = {"30s": "30 s", "2min": "2 min", "10min": "10 min", "all": "all"}
 """How much of the time the strips show, as a link has it and in words."""
 SPAN = "2min"
 TABS = ("Live", "Machines", "Logs", "Studies", "History")
 """Tabs of the page."""
-_LONGEST = 1000  # letters of a query
+_LONGEST = 2000  # letters of a query
 _HOLDS = "hold"
 _NO = "none"  # of a list
 _NAMES = ("machine", "unit", "play", "faults", "sensors", "duty", "speed", _HOLDS, "strips", "span", "tab")
@@ -47,7 +46,7 @@ class Setting:
     duty: str | None = None  # that plays; None for none
     speed: float = 1.0  # times faster than life
     holds_oil: bool = False  # whether the oil is held at its temperature
-    strips: tuple[str, ...] = STRIPS
+    strips: tuple[str, ...] = STRIPS  # from above, as `strips.read_strips`
     span: str = SPAN  # of `SPANS`, that the strips show
     tab: str = TABS[0]  # of `TABS`, that is open
 
@@ -108,7 +107,7 @@ def read_setting(query: Mapping[str, str]) -> Setting:
         duty=None if duty is None else _one_of(DUTIES, "duty", duty),
         speed=_number(query, "speed", 0.0, FASTEST) if "speed" in query else 1.0,
         holds_oil=_HOLDS in query and _one_of(("oil",), _HOLDS, query[_HOLDS]) == "oil",
-        strips=_some_of(STRIPS, query, "strips", STRIPS),
+        strips=STRIPS if (strips := query.get("strips")) is None else () if strips == _NO else read_strips(strips),
         span=_one_of(tuple(SPANS), "span", query.get("span", SPAN)),
         tab=_one_of(TABS, "tab", query.get("tab", TABS[0])),
     )  # fmt: skip
@@ -131,8 +130,10 @@ def with_unit(setting: Setting, units: list[str]) -> str:
     """The unit that is shown of a machine with these.
 
     Raises:
-        UnknownNameError: it does not run there.
+        UnknownNameError: it does not run there, or one of those that the strips show.
     """
+    for unit in units_of(setting.strips):
+        _one_of(units, "unit", unit)
     return units[0] if setting.unit is None else _one_of(units, "unit", setting.unit)
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import asdict
 from functools import partial
+from typing import Any
 
 from nicegui import ui
 
 from ramsight.studio.said import LETTERS
 from ramsight.studio.session import Session
-from ramsight.studio.setting import SPAN, SPANS, STRIPS
+from ramsight.studio.setting import SPAN, SPANS
+from ramsight.studio.strips import MOST_LETTERS, MOST_STRIPS, PRESETS, SIGNALS, STATUS, STRIPS
 
 _LOOKS = 0.1  # s between two looks at whether the run has come
 _PATIENCE = 60.0  # s, after which it is given up
@@ -18,10 +21,11 @@ _BUTTONS = (
     ("strips-whole", "go on", "show the newest again; a double click does so, too", ""),
     ("strips-picture", "picture", "save the strips as PNG", ""),
 )
+_OWN = '<button type="button" id="strip-add" class="small" title="of signals that you choose">add a strip</button>'
 
 
 def strips_panel(session: Session, units: list[str]) -> None:
-    """Build the panel; `studio.js` draws into it, `timeline.js` knows its buttons."""
+    """Build the panel; `strips.js` fills it in, `timeline.js` knows its buttons."""
     with ui.element("section").classes("panel strips min-w-0").props("id=strips"):
         with ui.row().classes("w-full justify-between items-center gap-1"):
             ui.html("<h2>Over time</h2>", sanitize=False)
@@ -29,14 +33,25 @@ def strips_panel(session: Session, units: list[str]) -> None:
                 ui.html("".join(_button(*one) for one in _BUTTONS), sanitize=False)
                 for unit in units:
                     _saving(session, unit, of_several=len(units) > 1)
-        ui.html("".join(_shown(name) for name in STRIPS), sanitize=False).props(
+        ui.html("".join(_shown(name) for name in PRESETS) + _OWN, sanitize=False).props(
             'role=group aria-label="strips that are shown"'
         )
         ui.html(_times(), sanitize=False).classes("times").props('role=group aria-label="the time that is shown"')
-        for name in STRIPS:
-            ui.element("div").props(f"id=strip-{name}").classes("w-full")
-            if name == "status":
-                ui.html(_key(), sanitize=False).props("id=strip-key")
+        ui.element("div").props("id=strip-list").classes("w-full")
+        ui.label("").props("id=strips-said role=status").classes("text-xs")
+
+
+def strips_known() -> dict[str, Any]:
+    """What `strips.js` has to know: signals, ready-made strips, and the letters of a status."""
+    return {
+        "signals": {name: asdict(one) for name, one in SIGNALS.items()},
+        "presets": {name: {"title": title, "names": names} for name, (title, names) in PRESETS.items()},
+        "usual": STRIPS,
+        "lanes": STATUS,
+        "levels": LETTERS,
+        "most": MOST_STRIPS,
+        "letters": MOST_LETTERS,
+    }
 
 
 def _button(name: str, words: str, hint: str, kind: str) -> str:
@@ -45,8 +60,8 @@ def _button(name: str, words: str, hint: str, kind: str) -> str:
 
 
 def _shown(name: str) -> str:
-    """A button that shows a strip, or hides it."""
-    return f'<button type="button" class="small latch" data-strip="{name}" aria-pressed="true">{name}</button>'
+    """A button that shows a ready-made strip below the others, or removes it."""
+    return f'<button type="button" class="small latch" data-strip="{name}" aria-pressed="false">{name}</button>'
 
 
 def _times() -> str:
@@ -97,12 +112,3 @@ async def saved_run(session: Session, unit: str) -> bytes | str | None:
         await asyncio.sleep(_LOOKS)
         waited += _LOOKS
     return session.saved.pop(unit, None)
-
-
-def _key() -> str:
-    """What colours, patterns and letters of the status mean; `status.js` fills the patterns in."""
-    names = (
-        f'<span data-level="{one}" data-letter="{letter}"><i></i><b>{letter}</b> {one}</span>'
-        for one, letter in LETTERS.items()
-    )
-    return f'<div class="key">{"".join(names)}</div>'

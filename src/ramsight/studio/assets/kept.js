@@ -10,13 +10,16 @@ studio.keeper = () => {
   }
 
   function take(time, columns) {
-    for (const [name, values] of Object.entries({ ...columns, time })) (fine[name] ??= []).push(...values);
+    const before = fine.time.length, none = time.map(() => null);
+    for (const name of new Set([...Object.keys(fine), ...Object.keys(columns)])) // columns stay beside each other, whenever one begins or ends
+      (fine[name] ??= Array(before).fill(null)).push(...(name === "time" ? time : columns[name] ?? none));
     const over = fine.time.length - FINE;
     if (over < (SLACK - 1) * FINE) return;
     let last = coarse.time.at(-1) ?? -Infinity;
     const kept = [...Array(over).keys()].filter((k) => fine.time[k] - last >= APART && ((last = fine.time[k]), true));
+    const had = coarse.time.length;
     for (const [name, row] of Object.entries(fine)) {
-      const before = (coarse[name] ??= []);
+      const before = (coarse[name] ??= Array(had).fill(null));
       before.push(...kept.map((k) => row[k]));
       row.splice(0, over);
       if (before.length > SLACK * COARSE) before.splice(0, before.length - COARSE);

@@ -88,12 +88,16 @@
     hills(svg, known, wide, perMm);
     cylinder(svg, known, truth, wide, perMm);
     picture.replaceChildren(svg);
-    const since = known.since === null ? "no end and no reference met yet" : `last end or reference ${known.since.toFixed(0)} s ago`;
-    const bound = known.bound === null ? "" : `; one sample in 100 000 off by more than ${known.bound.toFixed(0)} mm`;
-    place(`${of}-said`).textContent = `${said}${bound}; ${since}`;
+    const answers = {
+      now: known.position === null ? "The place of the piston is unknown." : `The piston is at ${known.position.toFixed(1)} mm.`,
+      sure: `In 95 of 100 cases it is between ${known.low.toFixed(1)} and ${known.high.toFixed(1)} mm${known.bound === null ? "" : `; one sample in 100\u00a0000 is off by more than ${known.bound.toFixed(0)} mm`}.`,
+      since: known.since === null ? "It has met no end and no reference yet." : `The last end or reference was ${known.since.toFixed(0)} s ago.`,
+      next: known.next,
+      wrong: known.wrong,
+    };
+    for (const [name, answer] of Object.entries(answers)) { const own = place(`${of}-${name}`); if (own.textContent !== answer) own.textContent = answer; }
     listed(place(`${of}-hypotheses`), known);
     place(`${of}-learned`).replaceChildren(...known.learned.map(dial));
     place(`${of}-moved`).textContent = known.moved.join("\n");
-    place(`${of}-next`).textContent = `To be surer: ${known.next[0].toLowerCase()}${known.next.slice(1)}`;
   };
 })();

@@ -1,31 +1,15 @@
-// Which strips are shown, and a link that leads to the machine as it is set and looked at.
+// A link that leads to the machine as it is set and looked at.
 "use strict";
 (() => {
-  const buttons = () => [...document.querySelectorAll("[data-strip]")];
-  const isOn = (button) => button.getAttribute("aria-pressed") === "true";
-
-  function put(name, on) {
-    for (const place of [`strip-${name}`, ...(name === "status" ? ["strip-key"] : [])])
-      document.getElementById(place)?.toggleAttribute("hidden", !on);
-  }
-
-  studio.strips = (names) => {
-    for (const one of buttons()) {
-      one.setAttribute("aria-pressed", `${names.includes(one.dataset.strip)}`);
-      put(one.dataset.strip, isOn(one));
-    }
-    [strips, most] = [names, buttons().length];
-  };
-
   const LATER = 300; // ms, in which several changes of the address become one: browsers limit them
-  let asked = null, tab = "Live", waits = 0, strips = null, most = 0;
+  let asked = null, tab = "Live", waits = 0;
 
   // The server knows what the machine is set to, the page what is looked at of it.
   function described() {
     const found = new URLSearchParams(asked ?? location.search);
     const say = (name, value) => (value ? found.set(name, value) : found.delete(name));
     if (studio.shown()) say("unit", studio.shown() !== Object.keys(studio.units)[0] && studio.shown());
-    if (strips) say("strips", strips.length < most && (strips.join(",") || "none"));
+    if (studio.shown()) say("strips", studio.stripsText());
     say("span", studio.timeline.span() !== "2min" && studio.timeline.span());
     say("tab", tab !== "Live" && tab);
     const query = found.toString().replaceAll("%2C", ",");
@@ -66,13 +50,4 @@
     navigator.clipboard?.writeText(address).catch(() => {}); // a page that may not write there has the field
     return address;
   };
-
-  addEventListener("click", (event) => {
-    const button = event.target.closest?.("[data-strip]");
-    if (!button) return;
-    button.setAttribute("aria-pressed", `${!isOn(button)}`);
-    put(button.dataset.strip, isOn(button));
-    strips = buttons().filter(isOn).map((one) => one.dataset.strip); // kept: another tab has no buttons
-    studio.renew();
-  });
 })();

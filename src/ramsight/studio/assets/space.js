@@ -27,9 +27,10 @@
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(() => tint(), 100));
 
   // Shadows on the ground and on the machine: of what is solid, by the light that is there.
-  const REACH = 8, SHARP = 1024; // m around the machine; pixels of the shadow's picture
+  // Soft edges, and a new shadow with each picture, would take a processor longer than all the rest.
+  const REACH = 8, SHARP = 1024, HARD = 0, SELDOM = 3; // m around the machine; pixels of the shadow's picture; BasicShadowMap; pictures from one shadow to the next
   function shadowed({ renderer, scene }) {
-    renderer.shadowMap.enabled = true;
+    Object.assign(renderer.shadowMap, { enabled: true, type: HARD, autoUpdate: false });
     scene.traverse((one) => {
       if (one.isMesh) [one.castShadow, one.receiveShadow] = [!(one.material.opacity < 1), true];
       if (!one.isDirectionalLight) return;
@@ -53,7 +54,7 @@
     renderer.render = (...all) => {
       if (performance.now() > until || !studio.isSeen(own.$el)) return;
       if (performance.now() < begun + BEGIN) shadowed(own); // of what has come since
-      studio.pictures += 1;
+      renderer.shadowMap.needsUpdate = studio.pictures++ % SELDOM === 0;
       render(...all);
     };
   };

@@ -96,12 +96,12 @@
 
   // The key has all levels in their order, as in said.py, and shows what the lanes are made of.
   function tiles(ratio) {
-    const found = [...document.querySelectorAll("#strip-key [data-level]")];
+    const found = [...document.querySelectorAll(".strip .key [data-level]")];
     const theme = studio.css("--paper") + ratio;
-    if (found.length && (found.length !== key.length || key.theme !== theme)) {
+    if (found.some((one) => !one.dataset.drawn) || key.theme !== theme) {
       key = found.map((one) => ({ letter: one.dataset.letter, tile: tile(one.dataset.level, ratio) }));
       key.theme = theme;
-      found.forEach((one, k) => { one.querySelector("i").style.background = `url(${key[k].tile.toDataURL()}) 0 0 / 8px`; });
+      found.forEach((one, k) => { one.querySelector("i").style.background = `url(${key[k].tile.toDataURL()}) 0 0 / 8px`; found[k].dataset.drawn = theme; });
     }
     return key;
   }

@@ -1,16 +1,13 @@
 // What the page does by itself: strips over time, colours of the circuit, words of the status. The server sends frames.
 "use strict";
 window.studio = (() => {
-  const LEFT = 48, RIGHT = 44, WORDS = 16; // of the axes and their units: all strips have one time below the other
   const PAGE_UP = 33, PAGE_DOWN = 34; // as browsers number keys
   const PAGES = 50; // keys at most from one end of a slider to the other, ten of its steps each
-  const SENSORS = ["kalman", "balance", "unreferenced", "table", "second"];
+  const SURE = 1.96; // deviations of a 95 % band
   const DASHES = { balance: [9, 4], unreferenced: [3, 3], table: [10, 3, 2, 3], second: [2, 5] }; // as in studio.css: lines differ without colour, too
-  let on = ["kalman", "balance"]; // sensors that the strips show
-  const NAMES = { second: "transducer" };
   const MARKERS = { width: 2, dash: (plot, k) => (plot.series[k].dash ? "dashed" : "solid") }; // of the legends: lines as they are drawn
   const units = {}, keepers = {}; // by unit: the newest samples, all that is kept
-  let shown = "", plots = [], drawn = 0, waiting = false, highest = 250, fitting = null, begun = 0, help = {}, laidOut = 0;
+  let shown = "", held = {}, now = "", drawn = 0, waiting = false, highest = 250, fitting = null, begun = 0, help = {}, laidOut = 0;
 
   // What is not on the screen is not drawn, until it comes there.
   const visible = new WeakMap();
@@ -29,54 +26,14 @@ window.studio = (() => {
     if (text !== undefined) made.textContent = text;
     return made;
   }
-  const sensor = (one) => series(NAMES[one] ?? one, "--" + one, { dash: DASHES[one], width: one === "kalman" ? 2 : 1.6 });
   const series = (label, colour, more = {}) => ({ label, stroke: css(colour), width: 1.5, spanGaps: false, points: { show: false }, value: (_, v) => v ?? "", ...more });
 
   const plain = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 56, ...more }); // an axis
 
-  function strips() {
-    const lanes = on.filter((one) => one !== "second"); // what has a status of its own
-    const band = [series("95 % band", "--kalman", { width: 0, fill: undefined, class: "area" }), series("", "--kalman", { width: 0, class: "nameless" })];
-    const edges = (first) => [{ series: [first, first + 1], fill: css("--band") }];
-    return [
-      { id: "strip-position", title: "position [mm]", unit: "mm", height: 170, names: ["position", ...on, "kalman_high", "kalman_low"],
-        series: [series("true", "--true"), ...on.map(sensor), ...band], bands: edges(on.length + 2) },
-      { id: "strip-error", title: "error [mm]", unit: "mm", height: 150, names: [...on.map((one) => one + "_error"), "plus", "minus"],
-        series: [...on.map(sensor), ...band], bands: edges(on.length + 1) },
-      { id: "strip-drive", title: "motor speed [rpm], torque [N m]", unit: "rpm", height: 150, names: ["speed", "torque"],
-        series: [series("speed", "--true"), series("torque", "--kalman", { scale: "torque", dash: [6, 3] })], second: "torque", unit2: "N m" },
-      { id: "strip-pressure", title: "chambers [bar]", unit: "bar", height: 140, names: ["pressure_a", "pressure_b"],
-        series: [series("A", "--kalman"), series("B", "--true", { dash: [6, 3] })] },
-      { id: "strip-status", title: "status, a lane for each sensor", height: 110, names: lanes.map((one) => one + "_level"),
-        series: lanes.map((one) => series(one, "--" + one, { width: 0 })), range: [0, lanes.length], lanes },
-    ];
-  }
-
-  const heading = (title) => `${shown}: ${title}`;
   const named = (plot, words) => { // a canvas says nothing by itself
     plot.ctx.canvas.setAttribute("role", "img");
     plot.ctx.canvas.setAttribute("aria-label", `${words}, over time`);
   };
-
-  function make(strip, place) {
-    place.replaceChildren();
-    watch(place);
-    const axis = (more = {}) => plain({ ticks: { stroke: css("--grid"), width: 1 }, size: LEFT, ...more });
-    const labelled = (label) => ({ label, labelSize: WORDS, labelFont: "12px sans-serif" });
-    const axes = [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis(strip.lanes ? { size: LEFT + WORDS } : labelled(strip.unit))];
-    if (strip.lanes) Object.assign(axes[1], { splits: strip.lanes.map((_, k) => k + 0.5), values: () => strip.lanes.map((one) => one.replace("unreferenced", "no ref.")), grid: { show: false } });
-    if (strip.second) axes.push(axis({ ...labelled(strip.unit2), scale: strip.second, side: 1, size: RIGHT, grid: { show: false } }));
-    const options = {
-      title: heading(strip.title), width: place.clientWidth || 500, height: strip.height, series: [{ label: "time [s]", value: (_, v) => v ?? "" }, ...strip.series], axes,
-      padding: [null, strip.second ? 0 : RIGHT + WORDS, null, null], bands: strip.bands || [], legend: { show: !strip.lanes, markers: MARKERS }, cursor: studio.timeline.cursor,
-      hooks: { setSelect: [studio.timeline.zoomed], draw: [...(strip.lanes ? [studio.lanes] : []), studio.timeline.marked] },
-      scales: { x: { time: false }, ...(strip.range ? { y: { range: strip.range } } : {}) },
-    };
-    const plot = new uPlot(options, [[], ...strip.series.map(() => [])], place);
-    plot.over.addEventListener("dblclick", studio.timeline.whole);
-    named(plot, heading(strip.title));
-    return { names: strip.names, plot, place, height: strip.height, title: strip.title };
-  }
 
   function begin(names, highestPressure, lines, words) {
     help = words;
@@ -91,41 +48,42 @@ window.studio = (() => {
     for (const name of names) units[name] = (keepers[name] = studio.keeper()).fine;
     shown = names[0];
     studio.begun();
-    plots = strips().map((strip) => make(strip, document.getElementById(strip.id)));
-    laidOut = studio.laidOut = performance.now(); // ms since the page was asked for
-    const fit = () => plots.forEach((p) => p.plot.setSize({ width: p.place.clientWidth, height: p.height }));
+    held = Object.fromEntries(names.map((name) => [name, {}]));
+    now = "";
+    laidOut = performance.now();
     const head = document.querySelector(".q-header");
     if (head) document.body.style.setProperty("--under-header", `${head.offsetHeight}px`);
-    fitting = new ResizeObserver(fit);
+    fitting = new ResizeObserver(() => studio.fit());
     fitting.observe(document.getElementById("strips"));
   }
 
   // A tab that is not open is out of the document, and its places with it: they are those that were drawn in.
   function recolour() {
-    if (plots.length) plots = strips().map((strip, k) => make(strip, plots[k].place));
-    draw(true);
+    studio.remake();
     if (seen.columns) track(seen.columns, seen.references, (id) => pictures[id]);
   }
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(recolour, 100));
 
   function show(name) {
     shown = name;
-    for (const { plot, place, title } of plots) {
-      place.querySelector(".u-title").textContent = heading(title);
-      named(plot, heading(title));
-    }
     studio.explain();
     studio.renew();
     for (const one of document.querySelectorAll("[data-circuit]")) one.hidden = one.dataset.circuit !== name;
-    draw(true);
+    studio.remake();
+  }
+
+  // What comes seldom holds until it comes again: what a sensor has learned, how likely its hypotheses are, the oil.
+  const finite = (v) => (Number.isFinite(v) ? v : null);
+  function hold(unit, f) {
+    const known = f.known[unit], own = (held[unit] = known === null ? {} : held[unit]);
+    [own.oil_pumps, own.oil_tank] = f.oil[unit];
+    for (const { name, value, std } of known?.learned ?? []) for (const [edge, off] of [["", 0], ["_low", -SURE], ["_high", SURE]]) own[name + edge] = finite(value + off * std);
+    for (const { name, chance } of known?.hypotheses ?? []) own[name] = finite(100 * chance);
   }
 
   function take(unit, time, columns) {
-    const more = { ...columns };
-    for (const one of SENSORS)  // of a sensor that is off nothing is shown
-      for (const name of ["", "_error", "_band", "_low", "_high", "_level"]) more[one + name] ??= time.map(() => null);
-    more.plus = more.kalman_band;
-    more.minus = more.kalman_band.map((v) => (v === null ? null : -v));
+    const band = columns.kalman_band ?? [], more = { ...columns, kalman_error_high: band, kalman_error_low: band.map((v) => (v === null ? null : -v)) };
+    for (const [name, value] of Object.entries(held[unit])) more[name] = time.map(() => value);
     keepers[unit].take(time, more);
   }
 
@@ -135,11 +93,7 @@ window.studio = (() => {
     const kept = keepers[shown];
     if (!kept?.fine.time.length || (studio.timeline.stands() && !all)) return;
     const [min, max] = studio.timeline.window(...kept.reach());
-    for (const { plot, place, names } of plots) {
-      if (!all && !isSeen(place)) continue;
-      const data = kept.between(["time", ...names], min, max);
-      plot.batch(() => { plot.setData(data, false); plot.setScale("x", { min, max }); });
-    }
+    studio.fill((unit) => keepers[unit ?? shown], min, max, all);
   }
 
   function paint(unit, now) {
@@ -169,18 +123,17 @@ window.studio = (() => {
 
   function frame(f) {
     if (f.begun !== begun) {
-      for (const kept of Object.values(keepers)) kept.forget();
+      for (const unit of Object.keys(keepers)) { keepers[unit].forget(); held[unit] = {}; }
       studio.timeline.forget();
     }
     begun = f.begun;
     studio.timeline.happened(f.marks);
-    const now = SENSORS.filter((one) => one in f.status[shown]);
-    if (now.join() !== on.join()) {
-      on = now;
-      plots = strips().map((strip, k) => make(strip, plots[k].place));
-      draw(true);
+    const on = Object.fromEntries(Object.keys(f.status).map((unit) => [unit, Object.keys(f.status[unit])])), said = JSON.stringify(on);
+    if (said !== now) {
+      now = said;
+      studio.remake(on);
     }
-    for (const unit of Object.keys(units)) take(unit, f.columns.time, f.columns[unit]);
+    for (const unit of Object.keys(units)) { hold(unit, f); take(unit, f.columns.time, f.columns[unit]); }
     paint(shown, f.circuit[shown]);
     studio.moved(f);
     studio.says_of(f, help);
@@ -365,5 +318,5 @@ window.studio = (() => {
     input.dispatchEvent(new Event("change", { bubbles: true }));
   });
 
-  return { beat, newest, watch, isSeen, begin, show, frame, track, studied, forget, draw, css, element, upright, heading, plots: () => plots, shown: () => shown, reach: () => keepers[shown].reach(), count: () => drawn, units, seen };
+  return { beat, newest, watch, isSeen, begin, show, frame, track, studied, forget, draw, css, element, upright, series, plain, named, dashes: DASHES, markers: MARKERS, shown: () => shown, reach: () => keepers[shown].reach(), count: () => drawn, units, seen };
 })();

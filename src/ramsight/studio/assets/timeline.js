@@ -37,7 +37,7 @@ studio.timeline = (() => {
     stand(over);
   }
 
-  const now = () => { const { min, max } = studio.plots()[0].plot.scales.x; return [min, max]; };
+  const now = () => shown(...studio.reach());
   const whole = () => stand(null);
 
   function spanned(name) {
@@ -64,7 +64,7 @@ studio.timeline = (() => {
 
   // A line in each strip for what has happened to the unit that is shown; its words are in the first one.
   function marked(plot) {
-    const { ctx, bbox } = plot, ratio = devicePixelRatio || 1, size = 11 * ratio, named = studio.plots().find((one) => !one.place.hidden)?.plot === plot;
+    const { ctx, bbox } = plot, ratio = devicePixelRatio || 1, size = 11 * ratio, named = studio.plots()[0]?.plot === plot;
     ctx.save();
     ctx.strokeStyle = ctx.fillStyle = studio.css("--soft");
     ctx.font = `${size}px sans-serif`;
@@ -86,18 +86,17 @@ studio.timeline = (() => {
   async function picture() {
     studio.draw(true);
     await new Promise((done) => setTimeout(done)); // uPlot draws once this is over
-    const all = studio.plots().filter((one) => !one.place.hidden), ratio = devicePixelRatio || 1, head = 20 * ratio;
+    const all = studio.plots(), ratio = devicePixelRatio || 1, head = 20 * ratio;
     const sheet = document.createElement("canvas"), ctx = sheet.getContext("2d");
     sheet.width = Math.max(...all.map((one) => one.plot.ctx.canvas.width));
     sheet.height = all.reduce((sum, one) => sum + head + one.plot.ctx.canvas.height, 0);
     ctx.fillStyle = studio.css("--paper");
     ctx.fillRect(0, 0, sheet.width, sheet.height);
     let y = 0;
-    for (const { plot, place, title: bare } of all) {
-      const title = studio.heading(bare);
+    for (const { plot, lanes, title } of all) {
       ctx.font = `600 ${13 * ratio}px sans-serif`;
       ctx.fillStyle = studio.css("--ink");
-      const lines = plot.series.slice(1).filter((one) => one.label && one.width > 0);
+      const lines = plot.series.slice(1).filter((one) => one.label && one.width > 0), levels = plot.root.parentElement.querySelectorAll("[data-level]");
       ctx.fillText(title, 8 * ratio, y + 0.75 * head);
       let x = 8 * ratio + ctx.measureText(title).width + 16 * ratio;
       ctx.font = `${12 * ratio}px sans-serif`;
@@ -107,7 +106,7 @@ studio.timeline = (() => {
         x += ctx.measureText(one.label).width + 12 * ratio;
       }
       ctx.fillStyle = studio.css("--ink");
-      if (place.id === "strip-status") ctx.fillText([...document.querySelectorAll("#strip-key [data-level]")].map((one) => one.textContent).join(", "), x, y + 0.75 * head);
+      if (lanes) ctx.fillText([...levels].map((one) => one.textContent).join(", "), x, y + 0.75 * head);
       ctx.drawImage(plot.ctx.canvas, 0, y + head);
       y += head + plot.ctx.canvas.height;
     }
