@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import cache
 
+import casadi as ca
 import numpy as np
 import pytest
 import xarray
@@ -17,9 +18,11 @@ from ramsight.duty.work_day import work_day
 from ramsight.logs import read_log, read_truth
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import build_ddh
-from ramsight.sensor.kalman import kalman
+from ramsight.sensor.kalman import Pipe, kalman
 from ramsight.sensor.kind import Kind, covariance_of
 from ramsight.sensor.quantity import Quantity
+from ramsight.sensor.report import report as report_stage
+from ramsight.sensor.report.stated import stated
 from ramsight.sensor.status import Status
 from ramsight.tracking.position_errors import first_stop_contact, stop_visits
 
@@ -396,3 +399,17 @@ def test_orifice_leakage_of_a_worn_pump_is_counted(units):
         track = sensor.track(report(run, DriveReport(seed=1)))
         errors[name] = np.abs(track["position"].values - run["position"].values).max()
     assert errors["told"] < 1e-3 < 2e-3 < errors["not told"]
+
+
+def test_the_position_has_to_be_within_the_stated_share_of_the_stroke(units, monkeypatch):
+    asked = []
+
+    def watched(*given):
+        asked.append(given[-1])
+        return stated(*given)
+
+    monkeypatch.setattr(report_stage, "stated", watched)
+    pipe = Pipe.of(next(iter(units.values())))
+    pipe.passage()
+    share = ca.jacobian(asked[0], pipe.model.stroke)
+    assert float(ca.evalf(share)) == pipe.model.assumed.integrity.limit

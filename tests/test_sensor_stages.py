@@ -27,7 +27,14 @@ from ramsight.sensor.circuit.load_release import Release, UnheldState, release_l
 from ramsight.sensor.circuit.pressures import MeasuredPressures, PressureState
 from ramsight.sensor.circuit.relief import passed_share
 from ramsight.sensor.circuit.rest import UnseenLoadState, creep, load_std, unseen_load
-from ramsight.sensor.contacts.contact_release import Holding, ReleaseState, _load_before, _moved_in_vain
+from ramsight.sensor.contacts.contact_release import (
+    Holding,
+    ReleaseState,
+    RestState,
+    _at_rest,
+    _load_before,
+    _moved_in_vain,
+)
 from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case, with_case
 from ramsight.sensor.inputs.intake import IntakeState, TemperatureState, TorqueState, check_inputs
 from ramsight.sensor.inputs.magnets import MagnetState, correct_torque
@@ -1068,3 +1075,10 @@ def test_what_was_before_is_forgotten_once_and_not_more_often(times, share):
     assert value(leakage) == pytest.approx(1e-3 + share * 2e-3)
     piston = made(Holding, direction=ca.SX(-1.0))
     assert value(_load_before(state, now, step, piston, model)[2]) == pytest.approx(200.0 - share * 100.0)
+
+
+def test_a_piston_has_sunk_nowhere_in_the_sample_from_which_on_it_is_held_at_rest():
+    step, now = step_of(expected=20.0, give=1e-7), sample(motor_torque=15.0)
+    found = _at_rest(made(RestState), now, step, ca.SX(1.0), ca.SX(0.0), SimpleNamespace(travel_per_radian=1e-4))
+    assert [value(one) for one in (found.state.least_behind, found.sunk)] == [0.0, 0.0]
+    assert [value(one) for one in (found.state.expected_began, found.state.shown_began)] == [20.0, 15.0]
