@@ -17,9 +17,11 @@ from ramsight.sensor.belief.hypothesis import BOUNDS, Hypothesis
 from ramsight.sensor.belief.measurement import Measurement, applied
 from ramsight.sensor.belief.mixture import Mixture, bayes
 from ramsight.sensor.belief.renewal import unknown_position
+from ramsight.sensor.belief.update import _place, _time_update
 from ramsight.sensor.circuit.load import _gains
 from ramsight.sensor.circuit.rest import UnseenLoad
 from ramsight.sensor.contacts.contact import _waiting
+from ramsight.sensor.contacts.press import PressState, chance_of_none
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.quantity import Quantity
@@ -270,3 +272,58 @@ def test_beyond_the_end_nothing_is_met_whatever_explains_it():
     lost = 0.5 * 0.02**2 / (2e-3**2 + 1e-3**2)
     assert value(inside.otherwise - outside.otherwise) == pytest.approx(lost)
     assert value(outside.likelihood) < value(inside.likelihood) - 0.5 * lost
+
+
+def test_what_else_is_uncertain_of_a_position_widens_all_that_is_said_of_it():
+    known = bank(std=2e-3)
+    together, width = known.limited().together, known.state.band_width
+
+    def said(others):
+        beside = Beside(scalar(others), UnseenLoad(ca.SX(0.0), ca.SX(0.0)), scalar(0.0))
+        return stated(together, width, known.reach, beside, 0.01)
+
+    without, alone = said(0.0), said(1e-4)
+    for name in ("below", "above", "overall", "settled", "beyond", "bound"):
+        assert value(getattr(alone, name)) > value(getattr(without, name)), name
+
+
+def test_a_torque_that_is_wrong_for_longer_leaves_the_position_less_certain():
+    """An error of the torque that lasts for the time T leaks for T: its variance in a step dt is 2 T/dt of it."""
+    kept = []
+    watched = SimpleNamespace(
+        predicted=lambda *given: kept.append(given) or SimpleNamespace(floored=lambda leak: known)
+    )
+    known = SimpleNamespace(roamed=lambda travel: None)
+    torque = SimpleNamespace(hidden=ca.SX(0.0))
+    step = SimpleNamespace(
+        torque=torque, load=SimpleNamespace(std=ca.SX(1.0), value=ca.SX(1.0)),
+        motion=SimpleNamespace(travel=ca.SX(0.0), free_travel=ca.SX(0.0)),
+    )  # fmt: skip
+    at = SimpleNamespace(
+        step=step, leakage=SimpleNamespace(change=ca.SX(0.0)), travel_by={Quantity.LEAKAGE: ca.SX(3e-4)},
+        linearised_at={},
+        sample=SimpleNamespace(elapsed=ca.SX(0.02), offset_variance=ca.SX(0.0), motor_torque=ca.SX(20.0)),
+    )  # fmt: skip
+    for correlation in (5.0, 20.0):
+        assumed = Assumptions().replace({"drive.correlation": correlation, "drive.torque_gain": 0.04})
+        _time_update(watched, at, scalar(0.0), SimpleNamespace(assumed=assumed, torque_std=0.5, travel_per_radian=1e-4))
+        assert value(kept[-1][3]) == pytest.approx(0.04**2 * 3e-4**2 * 2.0 * correlation / 0.02)
+
+
+@pytest.mark.parametrize("held", [0.0, 0.05])
+def test_a_press_that_was_short_leaves_it_likelier_that_a_contact_is_with_none_of_both(held):
+    press = PressState(at_setting=ca.SX(held))
+    place = SimpleNamespace(
+        evidence=ca.SX(1.0), found=ca.SX(1.0), position=ca.SX(0.699), std=ca.SX(1e-3), at_top=ca.SX(1.0)
+    )
+    met = SimpleNamespace(contact=SimpleNamespace(place=place, hold=SimpleNamespace(press=press)), nominal=ca.SX(0.698))
+    at = SimpleNamespace(
+        sample=SimpleNamespace(referenced=ca.SX(0.0), reference=ca.SX(0.0), elapsed=ca.SX(0.02)),
+        step=SimpleNamespace(load=SimpleNamespace(carried=ca.SX(0.0)), motion=SimpleNamespace(free_travel=ca.SX(0.0))),
+        checks=SimpleNamespace(unless_contradicted=lambda one: one),
+    )
+    found = _place(at, met, SimpleNamespace(stroke=STROKE, assumed=Assumptions(), stop_stiffness=ca.SX(1e8)))
+    obstacle = Assumptions().stops.obstacle
+    chance = obstacle + value(chance_of_none(press))
+    assert value(found.measurement.alternative) == pytest.approx(math.log(chance / STROKE))
+    assert (chance > obstacle) == (held > 0.0)

@@ -672,3 +672,13 @@ def test_an_iteration_begins_with_no_pressure_below_vacuum(name):
     assert (began[pressures] == 0.0).all()
     assert began[:2] == pytest.approx(sunk[:2])
     assert np.array(ca.DM(found.possible(z)))[:, 0] == pytest.approx(z)
+
+
+@pytest.mark.parametrize("passive", [False, True])
+def test_a_load_that_only_resists_is_none_before_it_is_met(passive):
+    unit = UNITS["mining-loader boom"]
+    first = LoadState.initial(
+        MachineModel.of(replace(unit, cylinder=replace(unit.cylinder, passive=passive)), Assumptions())
+    )
+    variances = {name: float(ca.evalf(getattr(first, name))) for name in ("variance", "first_variance")}
+    assert (variances["variance"] > 0.0, variances["first_variance"] > 0.0) == (passive, not passive)
