@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
@@ -14,7 +15,7 @@ from ramsight.plant.balance import FACTORS, balance, without_friction
 from ramsight.plant.limits import limits_of
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.circuit.load import LoadState, Piston, observe_load, shifted
+from ramsight.sensor.circuit.load import LoadState, Piston, _sinking, observe_load, shifted
 from ramsight.sensor.circuit.load_release import Release, UnheldState, release_load
 from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
@@ -682,3 +683,17 @@ def test_a_load_that_only_resists_is_none_before_it_is_met(passive):
     )
     variances = {name: float(ca.evalf(getattr(first, name))) for name in ("variance", "first_variance")}
     assert (variances["variance"] > 0.0, variances["first_variance"] > 0.0) == (passive, not passive)
+
+
+@pytest.mark.parametrize(
+    ("held", "leaves", "goes", "sinks"), [(0, 0, 1, 2e-5), (1, 0, 1, 0.0), (0, 1, 1, 0.0), (0, 0, 0, 0.0)]
+)
+def test_a_piston_sinks_on_its_pump_alone(held, leaves, goes, sinks):
+    """4e-9 m/N by 2e-4 N m/N, where nothing else holds it."""
+    free = SimpleNamespace(
+        shown=ca.SX(1.0), solution=SimpleNamespace(by_settled_load=lambda: (ca.SX(4e-9),)), torque_by_load=ca.SX(2e-4)
+    )
+    piston = SimpleNamespace(held=ca.SX(held), leaves=ca.SX(leaves))
+    found = _sinking(free, piston, ca.SX(goes), SimpleNamespace(passive=False))
+    assert float(ca.evalf(ca.SX(found))) == pytest.approx(sinks)
+    assert _sinking(free, piston, ca.SX(goes), SimpleNamespace(passive=True)) == 0.0
