@@ -68,6 +68,7 @@ class LiveWeighing:
         self.scale = described_scale(lifting, self._scene.weight) if scale is None else scale
         self._live = LiveLifts(self._scene)
         self._found: list[Plain] = []
+        self._weighings: tuple[Weighing, ...] = ()
         self._known: tuple[str, ...] = ()
 
     @by_kind
@@ -99,15 +100,15 @@ class LiveWeighing:
     @property
     def weighings(self) -> tuple[Weighing, ...]:
         """All of them, in order."""
-        return tuple(weighed(self._found, self.scale, self._scene.other_strokes))
+        return self._weighings
 
     def _after(self, found: list[Plain]) -> Weighing | None:
         """The last weighing, where motions that have ended changed it."""
         if not found:
             return None
-        before = self.weighings
         self._found += found
-        after = self.weighings
+        before, after = self._weighings, tuple(weighed(self._found, self.scale, self._scene.other_strokes))
+        self._weighings = after
         is_new = bool(after) and (len(after) > len(before) or after[-1].direction != before[-1].direction)
         return after[-1] if is_new else None
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.hindsight.trace import Trace, updates_in
+from ramsight.hindsight.trace import Trace
 
 Array = NDArray[np.float64]
 _LEAST = 1e-12  # of a variance over itself: a matrix of what is known exactly has an inverse
@@ -67,7 +67,7 @@ def backward(trace: Trace, ahead: Ahead, stroke: float) -> tuple[Smoothed, Ahead
     n, k, size = trace.mean.shape
     mean, variance = np.empty((n - 1, k, size)), np.empty((n - 1, k, size))
     way = np.cumsum(trace.travel_by, axis=0)
-    knots = np.flatnonzero(updates_in(trace.parent, trace.independent, trace.aside))
+    knots = np.flatnonzero(trace.updates)
     ends = [0, *knots[(knots > 0) & (knots < n - 1)].tolist(), n - 1]
     for first, last in zip(ends[-2::-1], ends[:0:-1], strict=True):
         span = slice(first, last)

@@ -88,7 +88,7 @@ class Trace:
     """What the hypotheses were in consecutive samples."""
 
     # mean_before, covariance_before: before a measurement, shapes (samples, hypotheses, quantities) and (samples,
-    # hypotheses, quantities, quantities) [SI]; the latter where `updates_in` says so, and in the last sample
+    # hypotheses, quantities, quantities) [SI]; the latter in `updates` and in the last sample
     mean_before: Array
     covariance_before: Array
     # mean, covariance: after it, of the same shapes
@@ -99,14 +99,12 @@ class Trace:
     travel_by: Array  # derivatives of the travel by the quantities, shape (samples, quantities); 0 by the position
     aside: Mapping[str, Array]  # by the names in `ASIDE`, shape (samples,)
 
-
-def updates_in(
-    parent: NDArray[np.int64], independent: NDArray[np.bool_], aside: Mapping[str, Array]
-) -> NDArray[np.bool_]:
-    """In which samples something was measured, or a hypothesis continues another one; each as in `Trace`."""
-    other = (parent != np.arange(parent.shape[1])) | independent
-    updates: NDArray[np.bool_] = (aside["updated"] > 0.0) | (aside["put_back"] != 0.0) | other.any(axis=1)
-    return updates
+    @cached_property
+    def updates(self) -> NDArray[np.bool_]:
+        """In which samples something was measured, or a hypothesis continues another one."""
+        other = (self.parent != np.arange(self.parent.shape[1])) | self.independent
+        updates: NDArray[np.bool_] = (self.aside["updated"] > 0.0) | (self.aside["put_back"] != 0.0) | other.any(axis=1)
+        return updates
 
 
 @dataclass(frozen=True)
@@ -174,24 +172,25 @@ class Tracer:
         travel_by = np.zeros((len(rows), n))
         travel_by[:, [self.layout.quantities.index(one) for one in self.layout.steps]] = rows[:, at["travel_by"]]
         aside = self.aside(rows)
-        parent, independent = rows[:, at["parent"]].astype(np.int64), rows[:, at["independent"]] > 0.5  # 0 or 1
-        needed = updates_in(parent, independent, aside)
-        needed[-1:] = True
         start = self.start_variance * aside["by_start"]
-        covariance, before = self._square(rows, "covariance"), np.zeros((len(rows), k, n, n))
-        before[needed] = self._square(rows[needed], "covariance_before")
-        before[needed, :, 0, 0] += (start + unknown[:, 0])[needed, None]
+        covariance = self._square(rows, "covariance")
         covariance[:, :, 0, 0] += (np.append(start[1:], 0.0) + unknown[:, 1])[:, None]
-        return Trace(
+        trace = Trace(
             mean_before=rows[:, at["mean_before"]].reshape(-1, k, n),
-            covariance_before=before,
+            covariance_before=np.zeros((len(rows), k, n, n)),
             mean=rows[:, at["mean"]].reshape(-1, k, n),
             covariance=covariance,
-            parent=parent,
-            independent=independent,
+            parent=rows[:, at["parent"]].astype(np.int64),
+            independent=rows[:, at["independent"]] > 0.5,  # 0 or 1
             travel_by=travel_by,
             aside=aside,
         )
+        needed = trace.updates.copy()
+        needed[-1:] = True
+        before = self._square(rows[needed], "covariance_before")
+        before[:, :, 0, 0] += (start + unknown[:, 0])[needed, None]
+        trace.covariance_before[needed] = before
+        return trace
 
     def _square(self, rows: Array, name: str) -> Array:
         """Covariances of all hypotheses, of their upper triangles."""

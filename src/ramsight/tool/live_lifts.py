@@ -44,7 +44,8 @@ class LiveLifts:
             Motions that have ended: nothing has moved for the time that a pause of a lift may take.
         """
         before, self._last = self._last, time
-        self._columns = [(unit, name) for unit, one in sensors.items() for name in _OUTPUTS if name in one.outputs]
+        if not self._columns:
+            self._columns = [(unit, name) for unit, one in sensors.items() for name in _OUTPUTS if name in one.outputs]
         row = [time, *(sensors[unit].says(name) for unit, name in self._columns)]
         found = []
         if self._rows and time - self._moved > BRIDGED:
