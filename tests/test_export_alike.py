@@ -1,5 +1,7 @@
 """What a step does alike for several stands once in its C, cut into functions that give values to each other."""
 
+import re
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -62,7 +64,7 @@ def compiled(step, tmp, longest):
     program = "\n".join(
         [
             "#include <math.h>\n#include <stdio.h>",
-            "typedef double real;\n#define R(x) (x)\n#define SIN sin\n#define TANH tanh",
+            "typedef double real;\n#define R(x) (x)\n#define SIN sin\n#define TANH tanh\n#define RARELY",
             f"#define EACH {COUNT}",
             "typedef struct { double x0, x1, x2, best; } state;",
             f"typedef struct {{ int none; {' '.join(written.each)} }} of_each;",
@@ -106,8 +108,11 @@ def test_c_of_functions_says_what_the_graph_says_whatever_is_taken_for_alike(tmp
     np.testing.assert_allclose(said(program, samples), expected, rtol=0, atol=1e-13)
     text = "\n".join(written.texts.values())
     assert ("k < EACH" in text) == bool(step.each)
-    assert text.count("static void") > (20 if longest < 200 else 2)
+    assert text.count("static ") > (20 if longest < 200 else 2)
     assert ("if (w->" in text) == (not by_each), "a branch is taken for all of them"
+    cases = re.findall(r"^  if [^{]*{(.*?)^  }", text, flags=re.MULTILINE | re.DOTALL)
+    waits = {name for case in cases for name in re.findall(r"(part_\d+_\d+)\(", case)}
+    assert set(re.findall(r"static RARELY void (\w+)", text)) == waits, "what waits for a condition is kept short"
 
 
 def test_what_is_alike_is_one_operation():

@@ -62,10 +62,12 @@ def functions(parts: Sequence[Part], values: Mapping[str, Value], handed: Mappin
 def _part(part: Part, values: Mapping[str, Value], places: Places, known: Mapping[str, Handed]) -> tuple[str, str, str]:
     """Text, declaration and call of a part."""
     texts, said, all_handed = list[str](), dict[str, str](), dict[str, str]()
+    rare = {one.piece.name for call in part.calls if isinstance(call, Case) for one in call.then}
     for piece in part.pieces():
         body = "\n".join(_body(piece, values, places))
         handed = _handed(body, known)
-        texts.append(f"static void {piece.name}({', '.join(handed.values())}) {{\n{body}\n}}\n")
+        kind = "static RARELY void" if piece.name in rare else "static void"
+        texts.append(f"{kind} {piece.name}({', '.join(handed.values())}) {{\n{body}\n}}\n")
         call = f"{piece.name}({', '.join('&w->each[k]' if name == 'one' else name for name in handed)});"
         said[piece.name] = f"for (int k = 0; k < EACH; k++) {call}" if piece.each else call
         for name, one in handed.items():

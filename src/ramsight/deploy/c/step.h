@@ -33,6 +33,13 @@ typedef double wide;
 #define ABS fabs
 #endif
 
+/* What some samples alone need is kept short, and out of the way of what all need. */
+#if defined __GNUC__
+#define RARELY __attribute__((cold))
+#else
+#define RARELY
+#endif
+
 /* The machine. */
 ${constants}
 
