@@ -19,7 +19,7 @@ from ramsight.sensor.belief.mixture import Mixture, bayes
 from ramsight.sensor.belief.renewal import unknown_position
 from ramsight.sensor.belief.update import _place, _time_update
 from ramsight.sensor.circuit.load import _gains
-from ramsight.sensor.circuit.rest import UnseenLoad
+from ramsight.sensor.circuit.unseen_load import UnseenLoad
 from ramsight.sensor.contacts.contact import _waiting
 from ramsight.sensor.contacts.press import PressState, chance_of_none
 from ramsight.sensor.covariance import Covariance

@@ -24,7 +24,7 @@ from ramsight.sensor.checks.diagnosis import Evidence, offset_of
 from ramsight.sensor.checks.disagreement import sure
 from ramsight.sensor.checks.drive_check import DriveChecks
 from ramsight.sensor.checks.inertia_check import BandState, InertiaState, _band, check_inertia
-from ramsight.sensor.circuit import load_solution
+from ramsight.sensor.circuit import load_step
 from ramsight.sensor.circuit.load import _correct
 from ramsight.sensor.circuit.pressures import _possible
 from ramsight.sensor.contacts.contact import SettlingState, _settling
@@ -303,11 +303,11 @@ def test_no_piston_is_faster_than_its_pump_by_a_fifth(at, beyond):
 def test_a_step_has_converged_within_a_hundredth_of_the_torques_noise(monkeypatch, at, beyond):
     """At constant speed a step is solved again from its end's speed where it has not."""
     monkeypatch.setattr(
-        load_solution,
+        load_step,
         "torque_noise",
         lambda problem, solution, earlier, *rest: SimpleNamespace(earlier=earlier, hidden=NO),
     )
-    monkeypatch.setattr(load_solution, "_shown_at_rest", lambda *_: YES)
+    monkeypatch.setattr(load_step, "_shown_at_rest", lambda *_: YES)
     solved = SimpleNamespace(
         torque=ca.SX(30.0), z=None, settled=lambda within: at * 0.5 < within, by_load=lambda: None,
         by_large_load=lambda: None, by_start=lambda *_: None, torque_by=lambda _: None,
@@ -320,7 +320,7 @@ def test_a_step_has_converged_within_a_hundredth_of_the_torques_noise(monkeypatc
 
     problem = Problem(speed=ca.SX(50.0), mean_speed=ca.SX(50.0), balance=None, h=ca.SX(0.02))
     model = SimpleNamespace(torque_std=0.5, balance=SimpleNamespace(rest_by_load=lambda: [0.0]))
-    found = load_solution.free_step(problem, None, None, SimpleNamespace(started=YES, motor_torque=NO), {}, model)
+    found = load_step.free_step(problem, None, None, SimpleNamespace(started=YES, motor_torque=NO), {}, model)
     assert value(found.noise.earlier) == (1.0 if beyond else 0.0)
 
 

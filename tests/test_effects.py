@@ -31,7 +31,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.linked import build_linked
 from ramsight.plant.steady import derive
 from ramsight.sensor.balance import balance as balance_sensor
-from ramsight.sensor.circuit.filling import unfilled_std
+from ramsight.sensor.circuit.leakage import unfilled_std
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 

@@ -19,16 +19,15 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.update import Prediction as Stepped_
 from ramsight.sensor.belief.update import Updated, relief_flow
 from ramsight.sensor.checks.drive_check import DriveChecks
-from ramsight.sensor.circuit.delivery import delivers, one_sided
 from ramsight.sensor.circuit.leakage import LeakageState, leakage_law
 from ramsight.sensor.circuit.relief import Blown, Relief, blown, relief_probability, relief_tolerance
-from ramsight.sensor.circuit.rest import UnseenLoadState, unseen_load
+from ramsight.sensor.circuit.unseen_load import UnseenLoadState, unseen_load
 from ramsight.sensor.contacts.contact import look_for_contact
 from ramsight.sensor.contacts.contact_release import Holding, ReleaseState, look_for_release
 from ramsight.sensor.contacts.contact_state import ContactState, moved
 from ramsight.sensor.contacts.mode import Mode
 from ramsight.sensor.inputs.intake import Intake
-from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.machine_model import MachineModel, delivers, one_sided
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.report.detectors import DETECTORS
 from ramsight.sensor.report.stated import Stated

@@ -21,12 +21,12 @@ from ramsight.sensor.checks.disagreement import Sums, sure
 from ramsight.sensor.checks.drive_check import DriveChecks
 from ramsight.sensor.checks.power_check import COPPER, GAIN, IRON, PowerReading, PowerState
 from ramsight.sensor.checks.pressure_check import PressureCheckState, check_pressures
-from ramsight.sensor.circuit.leakage import LeakageState, leakage_law
+from ramsight.sensor.circuit.leakage import LeakageState, creep, leakage_law
 from ramsight.sensor.circuit.load import LoadState, _give_alone
 from ramsight.sensor.circuit.load_release import Release, UnheldState, release_load
 from ramsight.sensor.circuit.pressures import MeasuredPressures, PressureState
 from ramsight.sensor.circuit.relief import passed_share
-from ramsight.sensor.circuit.rest import UnseenLoadState, creep, load_std, unseen_load
+from ramsight.sensor.circuit.unseen_load import UnseenLoadState, load_std, unseen_load
 from ramsight.sensor.contacts.contact_release import (
     Holding,
     ReleaseState,

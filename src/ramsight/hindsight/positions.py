@@ -18,7 +18,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.belief.hypothesis import Hypothesis
 from ramsight.sensor.belief.mixture import Mixture
 from ramsight.sensor.belief.reach import Reach
-from ramsight.sensor.circuit.rest import UnseenLoad
+from ramsight.sensor.circuit.unseen_load import UnseenLoad
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.report.detectors import DETECTORS

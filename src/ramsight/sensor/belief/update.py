@@ -22,18 +22,15 @@ from ramsight.sensor.belief.measurement import BY_PLACE, Measurement
 from ramsight.sensor.belief.position_reading import read_position
 from ramsight.sensor.belief.renewal import Measured
 from ramsight.sensor.checks.drive_check import DriveChecks
-from ramsight.sensor.circuit.delivery import one_sided
-from ramsight.sensor.circuit.filling import unfilled_std
-from ramsight.sensor.circuit.leakage import Leakage
+from ramsight.sensor.circuit.leakage import Leakage, creep, unfilled_std
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.circuit.relief import Relief, blown, passed_share
-from ramsight.sensor.circuit.rest import creep
 from ramsight.sensor.contacts.contact_state import Contact
 from ramsight.sensor.contacts.mode import Mode, is_in
 from ramsight.sensor.contacts.press import chance_of_none
 from ramsight.sensor.inputs.intake import Intake
 from ramsight.sensor.inputs.sample import DC_POWER, PRESSURES, READINGS, SHAFT_ANGLE, Sample, lasted
-from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.machine_model import MachineModel, one_sided
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.thresholds import (
     BETWEEN_STD,

@@ -1,4 +1,4 @@
-"""How leakage changes while the machine works: with the oil in the gaps, and with the pressure.
+"""Oil that is lost: how leakage changes while the machine works, what closed valves let by, pumps that starve.
 
     leak = factor * exp(lag * d ln(nu)/dt - warmer * d ln(nu)/dT) * (p / p_ref)^(-e)
 
@@ -14,12 +14,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import casadi as ca
 
 from ramsight.engine.typed_state import leaf
-from ramsight.expression import Real, Scalar, negated, within
+from ramsight.expression import Real, Scalar, Vector, negated, within
+from ramsight.plant.oil import MINERAL_EXPANSION, trapped_expansion
+from ramsight.plant.pump import Pump
+from ramsight.plant.valve import CLOSED_POINT
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import FACTOR_OF, Quantity, Values
@@ -129,3 +133,63 @@ def leakage_law(
         by_exponent=ca.log(LEAKAGE_REFERENCE / share),
     )
     return LeakageState(temperature=after, age=state.age + dt), law
+
+
+def creep(sample: Sample, position: Scalar, load: Scalar, warming: Scalar, model: MachineModel) -> Scalar:
+    """By how much the position's standard deviation grows while a closed valve holds the load [m].
+
+    Closed valves leak by a rate that is unknown and constant, and trapped oil changes its volume with its temperature,
+    by more than is described or, where nothing is described, as mineral oil does. Both errors keep their sign, so
+    deviations are added and not their squares.
+
+    Args:
+        sample: the sample.
+        position: before it [m].
+        load: over what the relief valves carry [1].
+        warming: of the oil [K/s].
+        model: of the machine.
+    """
+    unit, machine = model.unit, model.assumed.machine
+    area = float(unit.cylinder.area(unit.held))
+    pressure = model.limits.pressure * ca.fmin(ca.fabs(load), 1.0)
+    viscosity = model.viscosity(sample.oil_temperature)
+    leaks = machine.closed_leakage * CLOSED_POINT * pressure / viscosity / area * sample.elapsed
+    volume, _ = model.trapped_oil(position)
+    per_kelvin = trapped_expansion(sample.oil_temperature, MINERAL_EXPANSION) * volume / area
+    share = machine.expansion if unit.oil.expansion is not None else math.hypot(1.0, machine.expansion)
+    grown: Scalar = leaks + share * per_kelvin * ca.fabs(warming) * sample.elapsed
+    return grown
+
+
+def unfilled_std(z: Vector, speed: Scalar, model: MachineModel) -> Real:
+    """Standard deviation of the share of a pump's chambers that fills [1], of the pump of which it is largest.
+
+    Chambers that fill whatever the inlet lets through are certain to; of those that do not, what comes in is as
+    uncertain as the way in: half of what lies between one that passes a standard deviation more and one that passes as
+    much less.
+
+    Args:
+        z: the circuit's states.
+        speed: of the motor [rad/s].
+        model: of the machine.
+    """
+    balance, tank, std = model.balance, model.of_circuit("tank.pressure"), model.assumed.machine.filling
+    largest: Real = 0.0
+    for part in balance.unit.parts():
+        if isinstance(part, Pump) and part.filling is not None:
+            passes = model.of_circuit(f"{part.name}.filling")
+            changed: dict[str, Any] = {"displacement": model.of_circuit(f"{part.name}.displacement")}
+            pump = replace(part, **changed)  # a part's law takes symbols for its numbers
+            inlet, outlet = (balance.pressure(z, node, tank) for node in (part.inlet, part.outlet))
+            more, less = (
+                _with_filling(pump, passes * (1.0 + way * std)).filled(part.belt * speed, inlet, outlet)
+                for way in (1.0, -1.0)
+            )
+            largest = ca.fmax(largest, 0.5 * (more - less))
+    return largest
+
+
+def _with_filling(pump: Pump, passes: Scalar) -> Pump:
+    """A pump with another flow that its way in passes."""
+    changed: dict[str, Any] = {"filling": passes}
+    return replace(pump, **changed)

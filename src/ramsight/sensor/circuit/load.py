@@ -22,13 +22,19 @@ import casadi as ca
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Condition, Flag, Real, Scalar, Vector, all_of, any_of, flag, negated, scalar, within
 from ramsight.plant.balance import FACTORS, Solution
-from ramsight.sensor.circuit.delivery import one_sided
 from ramsight.sensor.circuit.emptiness import EmptyState, emptiness, not_risen
-from ramsight.sensor.circuit.load_solution import FreeStep, StepProblem, free_step
-from ramsight.sensor.circuit.load_step import LoadEstimate, LoadStep, Motion, TorqueStep
+from ramsight.sensor.circuit.load_step import (
+    FreeStep,
+    LoadEstimate,
+    LoadStep,
+    Motion,
+    StepProblem,
+    TorqueStep,
+    free_step,
+)
 from ramsight.sensor.circuit.pressures import MeasuredPressures, PressureState
 from ramsight.sensor.inputs.sample import Sample
-from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.machine_model import MachineModel, one_sided
 from ramsight.sensor.thresholds import (
     COMPLIANCE_FACTOR_MOST,
     FIRST_LOAD_SHARE,

@@ -10,8 +10,7 @@ import casadi as ca
 
 from ramsight.expression import Real, Scalar, Vector, scalar, within
 from ramsight.plant.valve import ReliefValve
-from ramsight.sensor.circuit.delivery import delivers
-from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.machine_model import MachineModel, delivers
 from ramsight.sensor.normal_tail import upper_tail
 from ramsight.sensor.thresholds import BETWEEN_STD, RELIEF_RANGE
 

@@ -28,7 +28,6 @@ from dataclasses import dataclass, replace
 import casadi as ca
 
 from ramsight.expression import Condition, Flag, Real, Scalar, all_of, any_of, count, flag, negated, within
-from ramsight.sensor.circuit.delivery import one_sided
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.contacts.contact_release import Grip, Holding, look_for_release
 from ramsight.sensor.contacts.contact_state import (
@@ -44,7 +43,7 @@ from ramsight.sensor.contacts.contact_state import (
 from ramsight.sensor.contacts.mode import HELD, Mode, is_in, next_mode
 from ramsight.sensor.contacts.press import Pushed, at_setting, follow_press, likelier_at_end
 from ramsight.sensor.inputs.sample import Sample, lasted
-from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.machine_model import MachineModel, one_sided
 from ramsight.sensor.thresholds import (
     CONTACT_EVIDENCE,
     CONTACT_SLIP,

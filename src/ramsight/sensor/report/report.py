@@ -13,7 +13,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.belief.bank import Bank
 from ramsight.sensor.belief.update import ContactEvidence, Prediction, Updated
 from ramsight.sensor.circuit.load_step import LoadStep
-from ramsight.sensor.circuit.rest import UnseenLoad, UnseenLoadState, load_std, unseen_load
+from ramsight.sensor.circuit.unseen_load import UnseenLoad, UnseenLoadState, load_std, unseen_load
 from ramsight.sensor.contacts.contact_state import Contact
 from ramsight.sensor.inputs.sample import Sample
 from ramsight.sensor.machine_model import MachineModel

@@ -10,7 +10,7 @@ from ramsight.expression import Scalar
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.belief.mixture import Mixture
 from ramsight.sensor.belief.reach import Reach
-from ramsight.sensor.circuit.rest import UnseenLoad
+from ramsight.sensor.circuit.unseen_load import UnseenLoad
 
 
 @dataclass(frozen=True)

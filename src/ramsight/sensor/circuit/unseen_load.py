@@ -1,4 +1,4 @@
-"""What moves a rod at rest unobserved: a load that changes, leaking valves, cooling oil; how well a load is known."""
+"""A load that changes while nothing shows it: how far it may have moved the rod, and how well a load is known."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import casadi as ca
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Condition, Flag, Scalar, all_of, any_of, negated
-from ramsight.plant.oil import MINERAL_EXPANSION, trapped_expansion
-from ramsight.plant.valve import CLOSED_POINT
 from ramsight.sensor.circuit.load_step import LoadStep
 from ramsight.sensor.inputs.sample import Sample, lasted
 from ramsight.sensor.machine_model import MachineModel
@@ -60,32 +58,6 @@ class UnseenLoad:
 
     std: Scalar
     most: Scalar
-
-
-def creep(sample: Sample, position: Scalar, load: Scalar, warming: Scalar, model: MachineModel) -> Scalar:
-    """By how much the position's standard deviation grows while a closed valve holds the load [m].
-
-    Closed valves leak by a rate that is unknown and constant, and trapped oil changes its volume with its temperature,
-    by more than is described or, where nothing is described, as mineral oil does. Both errors keep their sign, so
-    deviations are added and not their squares.
-
-    Args:
-        sample: the sample.
-        position: before it [m].
-        load: over what the relief valves carry [1].
-        warming: of the oil [K/s].
-        model: of the machine.
-    """
-    unit, machine = model.unit, model.assumed.machine
-    area = float(unit.cylinder.area(unit.held))
-    pressure = model.limits.pressure * ca.fmin(ca.fabs(load), 1.0)
-    viscosity = model.viscosity(sample.oil_temperature)
-    leaks = machine.closed_leakage * CLOSED_POINT * pressure / viscosity / area * sample.elapsed
-    volume, _ = model.trapped_oil(position)
-    per_kelvin = trapped_expansion(sample.oil_temperature, MINERAL_EXPANSION) * volume / area
-    share = machine.expansion if unit.oil.expansion is not None else math.hypot(1.0, machine.expansion)
-    grown: Scalar = leaks + share * per_kelvin * ca.fabs(warming) * sample.elapsed
-    return grown
 
 
 def load_std(state: UnseenLoadState, step: LoadStep, expected: Scalar, model: MachineModel) -> Scalar:
