@@ -29,6 +29,7 @@ import real_machine
 import second_channel
 import signal_sets
 import tool_edge
+import troubles
 import tuned_sensor
 import undisturbed
 import unit_control
@@ -261,6 +262,7 @@ def all_tables(found: dict[str, Any]) -> dict[str, list[str]]:
     tables |= {name: table(found["loader_control"]) for name, table in LOADER_TABLES.items()}
     tables |= hindsight.tables(found["hindsight"])
     tables |= weighing.tables(found["weighing"]) | {"tool_edge": tool_edge.table(found["tool_edge"])}
+    tables["troubles"] = troubles.table(found["troubles"])
     return tables | {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()}
 
 

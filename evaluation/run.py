@@ -37,6 +37,7 @@ import second_channel
 import starts
 import structure
 import tool_edge
+import troubles
 import tuned_sensor
 import undisturbed
 import unit_control
@@ -127,6 +128,7 @@ STUDIES = {
     "false_contacts": whole("hours of work", false_contacts),
     "weighing": whole("machines that weigh", weighing),
     "tool_edge": whole("loaders' edges", tool_edge),
+    "troubles": whole("what goes wrong in the studio", troubles),
     "real_machine": Study(
         "days of real machines",
         lambda given: real_machine.runs(real_machine.DAYS),
