@@ -60,6 +60,7 @@ def test_from_both_sensors_they_are_those_of_both_logs(logs):
     found = whole(logs)
     same(live.weighings, found.weighings)
     assert [one.is_good for one in live.weighings] == [True, True]
+    assert (live.total, live.total_std, live.cycles) == (found.total, found.total_std, found.cycles)
     for (time, _), one in zip(came, found.weighings, strict=True):
         assert time - (one.time + 0.5 * one.duration) < 0.7, "it comes at the end of its lift"
 
@@ -98,7 +99,7 @@ def test_up_and_down_of_one_load_are_averaged_once_it_is_lowered(logs):
 
 def test_what_is_kept_is_of_one_motion(logs):
     live, _ = worked(logs)
-    assert len(live._live._rows) < 0.5 * logs["boom"].sizes["time"]
+    assert len(live._live._lifts._rows) < 0.5 * logs["boom"].sizes["time"]
     assert live.finish() is None
     assert live.finish() is None, "a motion is weighed once"
 
