@@ -15,12 +15,37 @@ from ramsight.machine.description import Machine
 from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.tool.force_scale import Scale, described_scale
 from ramsight.tool.unit_tracks import Others
-from ramsight.tool.weigher import Weigher
+from ramsight.tool.weigher import Start, Weigher, at_once
 from ramsight.tool.weighing_events import Weighing
 from ramsight.tool.weighing_tally import extend
 
 Quantity = float | str
 _AGE = "load_age"
+
+
+def weigher_for(
+    machine: str | Path | Machine,
+    unit: str | None = None,
+    *,
+    at: Mapping[str, Quantity] | None = None,
+    scale: Scale | None = None,
+    inclination: Quantity = 0.0,
+    start: Start = at_once,
+) -> Weigher:
+    """What weighs a machine's lifts; errors are those of `LiveWeighing`.
+
+    Args:
+        machine: its description, name or file.
+        unit: the unit that lifts.
+        at: where units without a sensor stand still [m].
+        scale: the machine's.
+        inclination: of the machine, its front up [rad].
+        start: begins the work on a motion that has ended.
+    """
+    scene = scene_of(machine, unit, inclination)
+    scene = replace(scene, others=Others(held=held_at(scene.machine, at or {})))
+    described = described_scale(scene.machine.unit(scene.unit), scene.weight)
+    return Weigher(scene, described if scale is None else scale, start)
 
 
 class LiveWeighing:
@@ -63,11 +88,8 @@ class LiveWeighing:
         scale: Scale | None = None,
         inclination: Quantity = 0.0,
     ) -> None:
-        scene = scene_of(machine, unit, inclination)
-        self._scene = replace(scene, others=Others(held=held_at(scene.machine, at or {})))
-        lifting = self._scene.machine.unit(self._scene.unit)
-        self.scale = described_scale(lifting, self._scene.weight) if scale is None else scale
-        self._live = Weigher(self._scene, self.scale)
+        self._live = weigher_for(machine, unit, at=at, scale=scale, inclination=inclination)
+        self._scene, self.scale = self._live.scene, self._live.tally.scale
         self._weighings: list[Weighing] = []
         self._known: tuple[str, ...] = ()
 

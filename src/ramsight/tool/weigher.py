@@ -32,12 +32,13 @@ class Weigher:
 
     Attributes:
         tally: the weighings so far.
+        scene: the machine.
     """
 
     def __init__(self, scene: Scene, scale: Scale, start: Start = at_once) -> None:
         self._lifts, self._start = LiveLifts(scene), start
         self._begun: deque[Future[list[Plain]]] = deque()
-        self.tally = Tally(scale, scene.other_strokes, scene.rated)
+        self.scene, self.tally = scene, Tally(scale, scene.other_strokes, scene.rated)
 
     def step(self, time: float, sensors: Mapping[str, VirtualSensor]) -> Weighing | None:
         """Take what sensors said last, as `LiveLifts.step`; the last weighing, where it is new or has become better."""
