@@ -19,6 +19,7 @@ from ramsight.tool.weighing_limits import BRIDGED, MOVING
 
 Work = Callable[[], list[Plain]]
 """What finds the lifts of a motion that has ended: some hundredths of a second of work."""
+_LONGEST = 600.0  # s of a motion that are kept; a rod that counts as moving goes through its stroke in 250 s
 _OUTPUTS = ("position", "position_std", "velocity", "load", "load_std", "load_age", LOWEST, HIGHEST, "status")
 
 
@@ -51,7 +52,7 @@ class LiveLifts:
             self._columns = [(unit, name) for unit, one in sensors.items() for name in _OUTPUTS if name in one.outputs]
         row = [time, *(sensors[unit].says(name) for unit, name in self._columns)]
         found = None
-        if self._rows and time - self._moved > BRIDGED:
+        if self._rows and (time - self._moved > BRIDGED or time - self._rows[0][0] > _LONGEST):
             found = self.finish()
             self._rows = [[before, *(np.nan for _ in self._columns)]]  # at rest: what follows it is no gap
         self._rows.append(row)

@@ -168,7 +168,8 @@ def lifts(scene: Scene, track: Signals) -> list[Plain]:
         scene: the machine and its other units.
         track: of the unit that lifts, with position, velocity, load, load_std, load_age and status.
     """
-    track = track.rows(np.diff(track["time"].values, prepend=-np.inf) > 0.0)
+    time = track["time"].values
+    track = track.rows(time > np.maximum.accumulate(np.concatenate([[-np.inf], time[:-1]])))
     unit = scene.machine.unit(scene.unit)
     shown = track["load_age"].values <= 0.0
     found = windows(track["time"].values, track["velocity"].values, shown, unit.cylinder.stroke, unit.lift_sign)
@@ -238,7 +239,8 @@ def _by_positions(scene: Scene, rods: Rods, rows: slice, acceleration: Array, fo
 
     def of(moved: Rods, tilt: float = 0.0) -> Array:
         b, p = scene.balance(moved.rows(rows), acceleration, tilt).in_motion()
-        mass = float(np.nansum(p * (force - b)) / np.nansum(p * p))
+        squares = float(np.nansum(p * p))
+        mass = float(np.nansum(p * (force - b))) / squares if squares > 0.0 else math.inf  # beyond the mechanism
         return np.array([mass, mass * np.fmax.reduce(scene.moments(moved, tilt)[0][inside], initial=np.nan)])
 
     here = of(rods)
@@ -259,7 +261,7 @@ def _quality(
     """Why a lift's mass is bad, the first cause first."""
     if duration < SHORTEST:
         return Quality.TOO_SHORT
-    if by_position > POSITION_SHARE * scene.rated:
+    if not by_position <= POSITION_SHARE * scene.rated:
         return Quality.UNKNOWN_POSITION
     if not is_steady:
         return Quality.TOO_FAST
