@@ -8,11 +8,13 @@ from pathlib import Path
 
 import cantools
 import pytest
+from typer.testing import CliRunner
 
 import ramsight
 from ramsight import machine
 from ramsight.api.live_weighing import weigher_for
-from ramsight.deploy.encoder import Settings, encoder_for
+from ramsight.cli import app
+from ramsight.deploy.encoder import Settings, encoder_for, runner
 from ramsight.deploy.encoder.eds import object_dictionary
 from ramsight.deploy.encoder.frame import EXTENDED, Frame
 from ramsight.deploy.encoder.j1939 import Broadcasting, Message
@@ -21,6 +23,7 @@ from ramsight.deploy.encoder.objects import LOAD_STATUSES, NO_SCALE, NO_WEIGHING
 from ramsight.deploy.encoder.played_drive import played_map
 from ramsight.duty.lifting import lifting
 from ramsight.duty.linked_duty import simulate_linked, unit_run
+from ramsight.logs import write_log
 from ramsight.logs.channel_map import load_map
 from ramsight.plant.linked import build_linked
 from ramsight.tool.load_chart import LoadStatus
@@ -176,6 +179,47 @@ def test_words_of_the_command_line():
     for words in ("FF41h", "mass", "FFFFh 80h"):
         with pytest.raises(ramsight.DescriptionError):
             weighing_messages_of(words)
+
+
+# The verb
+
+
+@pytest.fixture
+def verb(monkeypatch):
+    """Runs `ramsight encoder` up to where it would serve: what it made, and what it printed."""
+    made = []
+    monkeypatch.setattr(runner, "serve", lambda ready, *_, **__: made.append(ready))
+
+    def run(unit, *words):
+        words = ["mining-loader", "--unit", unit, "--interface", "virtual", "--channel", "lifts", *words]
+        done = CliRunner().invoke(
+            app, ["encoder", *words, "--node-id", "6", "--drive-node", "5", "--rated-torque", "80Nm"]
+        )
+        return (made[-1] if made else None), done
+
+    return run
+
+
+def test_the_verb_weighs_with_the_scale_that_known_masses_teach(verb, tmp_path):
+    linked = build_linked(machine.load_machine("mining-loader"))
+    wrong = ramsight.drive_report(unit_run(simulate_linked(linked, lifting(linked, [5000.0])), "boom"))
+    wrong["motor_torque"] *= 1.02
+    write_log(wrong, tmp_path / "five.csv")
+    words = ("--at", "bucket=250 mm", "--j1939-weighing", "FF41h 80h")
+    plain, _ = verb("boom", *words)
+    taught, done = verb("boom", *words, "--known", f"5 t={tmp_path / 'five.csv'}", "--known-start", "70 mm")
+    assert done.exit_code == 0, done.output
+    scales = [one.weighings._weigher.tally.scale for one in (plain._encoder, taught._encoder)]
+    assert [one.masses for one in scales] == [0, 1]
+    assert scales[1].std[0] < scales[0].std[0]
+    assert scales[1].value[0] < -0.005, "the drive reports 2 % too much"
+
+
+def test_the_verb_of_a_unit_that_lifts_nothing_weighs_nothing(verb):
+    bucket, _ = verb("bucket")
+    assert bucket.weighings.quality == NO_SCALE
+    _, done = verb("bucket", "--at", "boom=100 mm")
+    assert "--unit = 'bucket': lifts nothing that is weighed" in str(done.exception)
 
 
 # Time

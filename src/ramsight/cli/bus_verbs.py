@@ -12,9 +12,12 @@ from ramsight.cli.common import (
     ChannelMapFile,
     DriveLog,
     DrivenUnit,
+    EmptyLogs,
+    KnownLogs,
     Machine,
     StandingUnits,
     by_unit,
+    known_masses,
     named_unit,
     optional,
     say,
@@ -74,6 +77,11 @@ def encoder(
         ),
     ] = None,
     at: StandingUnits = None,
+    empty: EmptyLogs = None,
+    known: KnownLogs = None,
+    known_start: Annotated[
+        str | None, typer.Option(help='Position of the piston at the beginning of each of these logs: "50 mm".')
+    ] = None,
     eds: Annotated[Path | None, typer.Option(help="Write its EDS file here first: .eds.")] = None,
 ) -> None:
     """Be a position sensor on a CANopen bus: a linear encoder of CiA 406.
@@ -82,7 +90,8 @@ def encoder(
     warnings and emergencies as a wire-draw or magnetostrictive sensor does, so that a controller need not be changed.
     A preset (6003h) is a reference by hand; end stops are references too. A real position sensor on the bus, which a
     map names as [measured] position, is held against it (2031h). Of a mechanism with a payload, the unit that lifts
-    weighs each lift (2040h to 2048h); --at says where the others stand. Runs until Ctrl-C.
+    weighs each lift (2040h to 2048h); --at says where the others stand, and lifts of known masses (--known, --empty)
+    teach its scale as they do for ramsight weigh. Runs until Ctrl-C.
 
     Example: ramsight encoder mining-loader --unit boom --channel can0 --node-id 6 --drive-node 5 --rated-torque 80Nm
     """
@@ -122,7 +131,7 @@ def encoder(
     session = None
     if history is not None:
         session = session_for(history, described, unit, built, str(serial) if serial else "")
-    weigher = _weigher(described, unit, by_unit(at, "at", "bucket=250 mm"))
+    weigher = _weigher(described, unit, by_unit(at, "at", "bucket=250 mm"), known_masses(empty, known), known_start)
     encoder = encoder_for(built, meanings, settings, state, aside=True, record=taking(session), weigher=weigher)
     messages: list[Broadcast] = [] if j1939 is None else [message_of(j1939, j1939_period)]
     messages += [] if j1939_weighing is None else [weighing_messages_of(j1939_weighing)]
@@ -145,20 +154,24 @@ def encoder(
         say_error(session.failure, "warning")
 
 
-def _weigher(described: Described, unit: str, at: dict[str, str]) -> Weigher | None:
+def _weigher(
+    described: Described, unit: str, at: dict[str, str], known: list[tuple[float | str, Path]], start: str | None
+) -> Weigher | None:
     """What weighs the unit's lifts, in a thread of its own; None where it lifts nothing that is weighed."""
     from concurrent.futures import ThreadPoolExecutor
 
     from ramsight.api.live_weighing import weigher_for
+    from ramsight.api.weighing import weigh
     from ramsight.errors import DescriptionError
 
-    weigher = None
-    if described.linkage is not None and described.linkage.payload is not None:
-        weigher = weigher_for(described, at=at, start=ThreadPoolExecutor(1, "ramsight-weighing").submit)
-    is_lifted = weigher is not None and weigher.scene.unit == unit
-    if at and not is_lifted:
-        raise DescriptionError("is of a unit that lifts a payload", key="--at", value=unit, allowed="leave it out")
-    return weigher if is_lifted else None
+    linkage = described.linkage
+    if linkage is None or linkage.payload is None or unit != next(iter(linkage.cylinders)):
+        if at or known:
+            allowed = "the unit that lifts, or no --at, --known and --empty"
+            raise DescriptionError("lifts nothing that is weighed", key="--unit", value=unit, allowed=allowed)
+        return None
+    scale = weigh(described, [], unit=unit, start=start, at=at, known=known).scale if known else None
+    return weigher_for(described, unit, at=at, scale=scale, start=ThreadPoolExecutor(1, "ramsight-weighing").submit)
 
 
 def logs_replay(
