@@ -103,8 +103,9 @@ def test_a_machine_that_begins_again_has_weighed_nothing(lifted):
     assert one["quality"] == "position not known: visit an end stop, or give a reference"
 
 
-def test_a_machine_without_a_payload_weighs_nothing():
+def test_a_machine_without_a_payload_weighs_nothing_and_one_without_a_load_chart_has_no_rated_load():
     assert Rig(machine.load_machine("press")).lifts is None
+    assert not Rig(machine.load_machine("forklift-mast")).lifts.shown["chart"]
 
 
 def test_a_lift_that_no_truth_is_kept_of_is_shown_without_one(lifted):

@@ -31,11 +31,12 @@ class Lifts:
     Example:
         >>> from ramsight import machine
         >>> Lifts(machine.load_machine("mining-loader"), 0.02).shown
-        {'weighings': [], 'total': 0, 'total_half': 0, 'cycles': 0, 'count': 0}
+        {'weighings': [], 'total': 0, 'total_half': 0, 'cycles': 0, 'count': 0, 'chart': True}
     """
 
     def __init__(self, machine: Machine, period: float) -> None:
         self._live = LiveWeighing(machine)
+        self._has_chart = machine.linkage is not None and machine.linkage.load_chart is not None
         self._truth: deque[tuple[float, float]] = deque(maxlen=round(_LONGEST / period))
         self._rows: deque[dict[str, Any]] = deque(maxlen=_SHOWN)
 
@@ -62,6 +63,8 @@ class Lifts:
     def shown(self) -> dict[str, Any]:
         """The newest weighings, the newest last, and the total since the start; masses in kg, shares in %.
 
+        `chart` says whether the description has a load chart, without which nothing is known of a rated load.
+
         Each weighing has `at` [s], `mass` and `half` its 95 % band, `true` the least and the most that was carried,
         `quality` and `good`, `share` and `share_half` of the rated load, `rated` the mass that may be lifted there,
         `status` with its `level`, and `direction`. None stands for what is unknown.
@@ -70,7 +73,7 @@ class Lifts:
         return {
             "weighings": list(self._rows),
             "total": _whole(live.total), "total_half": _whole(TWO_SIDED_95 * live.total_std),
-            "cycles": live.cycles, "count": len(live.weighings),
+            "cycles": live.cycles, "count": len(live.weighings), "chart": self._has_chart,
         }  # fmt: skip
 
 

@@ -25,10 +25,11 @@
     return `true: ${truth(one.true)}, ${holds} the band`;
   }
 
-  function entry(one) {
+  function entry(one, chart) {
     const own = document.createElement("li"), by = one.direction === "both" ? "up and down" : "up";
     const verdict = part(`status ${one.good ? "ok" : "invalid"}`, one.good ? "good" : "bad");
-    const said = part("verdict", verdict, part(`status ${one.level}`, `rated load: ${rated(one)}`), one.good ? "" : one.quality);
+    const load = chart ? [part(`status ${one.level}`, `rated load: ${rated(one)}`)] : []; // without a load chart there is none
+    const said = part("verdict", verdict, ...load, one.good ? "" : one.quality);
     own.append(part("line", part("mass", weighedAs(one)), compared(one)), part("line", said, part("when", `${by}, ${one.at} s`)));
     return own;
   }
@@ -59,7 +60,7 @@
     const said = JSON.stringify([now, place("lifts-picture").clientWidth, css("--kalman")]); // as wide and in the colours of the page
     if (said === shown) return;
     shown = said;
-    const [newest, ...before] = [...now.weighings].reverse().map((one) => [one, entry(one)]);
+    const [newest, ...before] = [...now.weighings].reverse().map((one) => [one, entry(one, now.chart)]);
     place("lifts-none").hidden = !!newest;
     place("lifts-newest").replaceChildren(...(newest ? [newest[1]] : []));
     picture(newest?.[0] ?? {});
