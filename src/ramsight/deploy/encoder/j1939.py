@@ -28,9 +28,8 @@ from ramsight.errors import DescriptionError
 from ramsight.sensor.status import Status
 from ramsight.units import parse_option
 
-LARGEST = 0xFAFF
-"""Of 16 bits, the largest that is a number."""
-_ERROR, _NOTHING = 0xFE00, 0xFFFF
+LARGEST, _ERROR, _NOTHING = 0xFAFF, 0xFE00, 0xFFFF
+"""Of 16 bits: the largest that is a number, what means an error, and that nothing is known."""
 _SLOWEST, _VELOCITY, _STD = 3.2, 1e-4, 1e-5  # m/s; m/s and m a bit
 _PGNS = 0xFF00, 0xFFFF
 _PERIODS = 5e-3, 5.0  # s
@@ -170,8 +169,8 @@ def number(value: float, bits: int = 16) -> int:
         >>> number(2.6), number(-1.0), hex(number(1e9)), hex(number(1e12, 32)), hex(number(math.nan))
         (3, 0, '0xfaff', '0xfaffffff', '0xffff')
     """
-    more = bits - 16
-    nothing, largest = (1 << bits) - 1, (LARGEST << more) + (1 << more) - 1
+    more = (1 << bits - 16) - 1
+    nothing, largest = (_NOTHING << bits - 16) + more, (LARGEST << bits - 16) + more
     return min(max(round(value), 0), largest) if math.isfinite(value) else nothing
 
 
