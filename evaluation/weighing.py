@@ -38,7 +38,8 @@ from ramsight.tool import weighing_limits as limit
 from ramsight.tool.force_scale import Scale, described_scale
 from ramsight.tool.load_chart import LoadChart, LoadStatus, RatedLoad
 from ramsight.tool.unit_tracks import Others, Rods
-from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing, lifts, weighed
+from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing, lifts
+from ramsight.tool.weighing_tally import Tally, weighed
 from ramsight.units import RPM
 
 NAME = "mining-loader"
@@ -270,7 +271,7 @@ def judged(found: Sequence[Lifted], scale: Scale) -> list[Judged]:
     rated = described().mechanism.rated_payload
     rows = []
     for one in found:
-        (weighing,) = weighed([one.plain], scale, np.zeros(1))
+        (weighing,) = weighed([one.plain], Tally(scale, np.zeros(1)))
         if weighing.is_good:
             ratings = tuple(rated_as(weighing, one.mass * one.moment))
             rows.append(Judged((weighing.mass - one.mass) / rated, weighing.std / rated, ratings))

@@ -7,10 +7,12 @@ import pytest
 
 import ramsight
 from ramsight import machine
+from ramsight.api.live_weighing import weigher_for
 from ramsight.duty.lifting import lifting
 from ramsight.duty.linked_duty import simulate_linked, unit_run
 from ramsight.duty.profile import Profile
 from ramsight.plant.linked import build_linked
+from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
 from ramsight.tool.weighing_events import Quality
 
 LINKED = build_linked(machine.load_machine("mining-loader"))
@@ -60,6 +62,7 @@ def test_from_both_sensors_they_are_those_of_both_logs(logs):
     found = whole(logs)
     same(live.weighings, found.weighings)
     assert [one.is_good for one in live.weighings] == [True, True]
+    assert (live.total, live.total_std, live.cycles) == (found.total, found.total_std, found.cycles)
     for (time, _), one in zip(came, found.weighings, strict=True):
         assert time - (one.time + 0.5 * one.duration) < 0.7, "it comes at the end of its lift"
 
@@ -98,9 +101,55 @@ def test_up_and_down_of_one_load_are_averaged_once_it_is_lowered(logs):
 
 def test_what_is_kept_is_of_one_motion(logs):
     live, _ = worked(logs)
-    assert len(live._live._rows) < 0.5 * logs["boom"].sizes["time"]
+    assert len(live._live._lifts._rows) < 0.5 * logs["boom"].sizes["time"]
     assert live.finish() is None
     assert live.finish() is None, "a motion is weighed once"
+
+
+class Says:
+    """A sensor that says what it is asked to."""
+
+    outputs = ("position", "position_std", "velocity", "load", "load_std", "load_age", LOWEST, HIGHEST, "status")
+
+    def __init__(self, **says):
+        self.says = says.__getitem__
+
+
+def motion(seconds, start=0.0, **says):
+    """Samples of a rod that moves, and of one that rests after it."""
+    known = {"load": 3e5, "load_std": 2e3, "load_age": 0.0, "status": 0.0, "position_std": 1e-3} | says
+    for k in range(round(50 * (seconds + 0.5))):
+        moves = k < 50 * seconds
+        place = 0.1 + 0.02 * min(0.02 * k, seconds)
+        off = known["position_std"] * 1.96
+        yield start + 0.02 * k, Says(**known, position=place, velocity=0.02 * moves,
+                                     **{LOWEST: place - off, HIGHEST: place + off})  # fmt: skip
+
+
+def test_a_clock_that_goes_back_and_comes_again_is_one_clock():
+    again, plain = (weigher_for("mining-loader", at={"bucket": "250 mm"}) for _ in range(2))
+    rows = list(motion(5.0))
+    for time, one in rows:
+        plain.step(time, {"boom": one})
+    for k, (time, one) in enumerate(rows):
+        for at in (time, time - 0.02, time) if k == 120 else (time,):
+            again.step(at, {"boom": one})
+    assert again.tally.last.mass == plain.tally.last.mass
+
+
+def test_a_position_whose_band_leads_out_of_the_mechanism_is_not_known():
+    live = weigher_for("mining-loader", at={"bucket": "250 mm"})
+    for time, one in motion(5.0, position_std=0.5):
+        live.step(time, {"boom": one})
+    assert live.tally.last.quality is Quality.UNKNOWN_POSITION
+
+
+def test_a_motion_that_never_ends_is_not_kept_for_ever():
+    live = weigher_for("mining-loader", at={"bucket": "250 mm"})
+    rest = next(motion(1.0))[1]
+    for k in range(40_000):
+        live.step(0.02 * k, {"boom": rest})
+    assert len(live._lifts._rows) < 30_010
 
 
 def test_an_unknown_position_is_bad_live_too(logs):

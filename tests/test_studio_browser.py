@@ -314,6 +314,51 @@ def test_what_the_sensor_knows_is_drawn_over_the_cylinder(page):
     wait(page, lambda: re.search(r"last end or reference was \d+ s ago", page.locator("#known-said").inner_text()))
 
 
+def test_each_lift_is_weighed_with_its_band_the_rated_load_and_the_truth_beside_it(page):
+    newest, drawn = page.locator("#lifts-newest"), page.locator("#lifts-picture svg")
+    wait(page, lambda: "Lift the boom steadily" in page.locator("#lifts").inner_text())
+
+    def move(what, seconds):
+        page.get_by_role("button", name=f"{what} boom").click()
+        begun = page.evaluate("studio.units.boom.time.at(-1)")
+        wait(page, lambda: page.evaluate("studio.units.boom.time.at(-1)") > begun + seconds)
+        page.get_by_role("button", name="stop boom").click()
+
+    move("lift", 4.5)
+    wait(page, lambda: "good" in newest.inner_text())
+    said = newest.inner_text().replace("\u202f", "")
+    mass, half, share, status = re.search(r"(\d+) ± (\d+) kg[^§]*rated load: (\d+) ± \d+ %, (\w+)", said).groups()
+    assert abs(int(mass) - 3875) <= int(half) < 400
+    assert "true: 3875 kg, within the band" in said
+    assert (40 < int(share) < 60, status) == (True, "within")
+    assert f"weighed {mass} ± {half} kg, true 3875 kg" in drawn.get_attribute("aria-label").replace("\u202f", "")
+    drawing = drawn.bounding_box()
+    assert drawing["width"] > 300
+    wait(page, lambda: f"weighed {mass} kg" in str(page.evaluate("studio.timeline.marks()")))
+    assert f"total since the start: {mass} ± {half} kg (95 %) in 1 cycle" in page.locator(
+        "#lifts-total"
+    ).inner_text().replace("\u202f", "")
+    move("lower", 1.5)
+    move("lift", 1.5)
+    wait(page, lambda: "too short: lift steadily for 3 s" in newest.inner_text())
+    assert newest.locator(".status.invalid").inner_text() == "bad"
+    assert f"{mass} ± {half} kg" in page.locator("#lifts-before").inner_text().replace("\u202f", "")
+    for width in (1400, 390):
+        page.set_viewport_size({"width": width, "height": 1000})
+        wait(page, lambda: page.locator("#lifts").evaluate("(own) => own.scrollWidth <= own.clientWidth"))
+    page.set_viewport_size({"width": 1400, "height": 1000})
+    load = page.get_by_role("slider", name="load [% of the largest]")
+    load.focus()
+    page.keyboard.press("End")
+    move("lower", 3.0)
+    move("lift", 5.0)
+    wait(page, lambda: "exceeded" in newest.inner_text())
+    assert newest.locator(".status.invalid").inner_text().startswith("rated load: 1")
+    picture(page.locator("#lifts"), "studio-lifts.png")
+    page.get_by_role("button", name="begin again").click()
+    wait(page, lambda: "Lift the boom steadily" in page.locator("#lifts").inner_text() and drawn.count() == 0)
+
+
 ONE_INSTANT = """(() => {
   const { frame } = studio;
   studio.frame = (f) => {

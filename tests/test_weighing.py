@@ -18,8 +18,9 @@ from ramsight.plant.linked import build_linked
 from ramsight.tool.force_balance import balance
 from ramsight.tool.force_scale import described_scale
 from ramsight.tool.lift_windows import smoothed, windows
-from ramsight.tool.weighing_events import Plain, Quality, weighed
-from ramsight.tool.weighing_limits import SHORTEST
+from ramsight.tool.weighing_events import Plain, Quality
+from ramsight.tool.weighing_limits import EMPTY_SHARE, SHORTEST
+from ramsight.tool.weighing_tally import Tally, weighed
 
 from .command import at_once
 
@@ -182,8 +183,8 @@ SCALE = described_scale(LINKED.unit("boom"), 9e4)
 
 
 def test_up_and_down_of_one_load_are_averaged():
-    (one,) = weighed([plain(5050.0), plain(4950.0, upwards=False)], SCALE, np.array([0.5]))
-    (alone,) = weighed([plain(5050.0)], SCALE, np.array([0.5]))
+    (one,) = weighed([plain(5050.0), plain(4950.0, upwards=False)], Tally(SCALE, np.array([0.5])))
+    (alone,) = weighed([plain(5050.0)], Tally(SCALE, np.array([0.5])))
     assert (one.direction, one.mass) == ("both", 5000.0)
     assert one.std < 0.85 * alone.std, "losses and friction cancel"
 
@@ -197,13 +198,22 @@ def test_up_and_down_of_one_load_are_averaged():
     ],
 )
 def test_what_was_dumped_between_is_another_load(down):
-    (one,) = weighed([plain(5050.0), plain(**down, upwards=False)], SCALE, np.array([0.5]))
+    (one,) = weighed([plain(5050.0), plain(**down, upwards=False)], Tally(SCALE, np.array([0.5])))
     assert (one.direction, one.mass) == ("up", 5050.0)
 
 
 def test_a_cycle_begins_with_the_first_lift_after_lowering():
     rows = [plain(5000.0), plain(5010.0), plain(0.0, upwards=False), plain(3000.0)]
-    assert [one.cycle for one in weighed(rows, SCALE, np.array([0.5]))] == [1, 1, 2]
+    assert [one.cycle for one in weighed(rows, Tally(SCALE, np.array([0.5])))] == [1, 1, 2]
+
+
+def test_a_total_counts_a_cycle_by_its_surest_weighing_and_an_empty_tool_not_at_all():
+    tally = Tally(SCALE, np.array([0.5]), rated=100.0 / EMPTY_SHARE)
+    weighed([plain(5000.0, own_std=30.0), plain(5100.0), plain(0.0, upwards=False), plain(2000.0)], tally)
+    assert (tally.total.mass, tally.total.cycles, tally.count) == (7100.0, 2, 3)
+    weighed([plain(0.0, upwards=False), plain(110.0), plain(80.0, upwards=False)], tally)
+    assert (tally.last.direction, tally.last.mass, tally.count) == ("both", 95.0, 4)
+    assert (tally.total.mass, tally.total.cycles) == (7100.0, 2), "lowered again it is empty"
 
 
 # Logs

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from ramsight.api.live_sensor import Sensor, read_input
+from ramsight.api.live_sensor import read_input
 from ramsight.api.tool_places import held_at, known_unit
 from ramsight.api.weighing import scene_of
 from ramsight.argument_kinds import by_kind, check_kind
@@ -14,12 +14,38 @@ from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.tool.force_scale import Scale, described_scale
-from ramsight.tool.live_lifts import LiveLifts
 from ramsight.tool.unit_tracks import Others
-from ramsight.tool.weighing_events import Plain, Weighing, weighed
+from ramsight.tool.weigher import Start, Weigher, at_once
+from ramsight.tool.weighing_events import Weighing
+from ramsight.tool.weighing_tally import extend
 
 Quantity = float | str
 _AGE = "load_age"
+
+
+def weigher_for(
+    machine: str | Path | Machine,
+    unit: str | None = None,
+    *,
+    at: Mapping[str, Quantity] | None = None,
+    scale: Scale | None = None,
+    inclination: Quantity = 0.0,
+    start: Start = at_once,
+) -> Weigher:
+    """What weighs a machine's lifts; errors are those of `LiveWeighing`.
+
+    Args:
+        machine: its description, name or file.
+        unit: the unit that lifts.
+        at: where units without a sensor stand still [m].
+        scale: the machine's.
+        inclination: of the machine, its front up [rad].
+        start: begins the work on a motion that has ended.
+    """
+    scene = scene_of(machine, unit, inclination)
+    scene = replace(scene, others=Others(held=held_at(scene.machine, at or {})))
+    described = described_scale(scene.machine.unit(scene.unit), scene.weight)
+    return Weigher(scene, described if scale is None else scale, start)
 
 
 class LiveWeighing:
@@ -62,17 +88,13 @@ class LiveWeighing:
         scale: Scale | None = None,
         inclination: Quantity = 0.0,
     ) -> None:
-        scene = scene_of(machine, unit, inclination)
-        self._scene = replace(scene, others=Others(held=held_at(scene.machine, at or {})))
-        lifting = self._scene.machine.unit(self._scene.unit)
-        self.scale = described_scale(lifting, self._scene.weight) if scale is None else scale
-        self._live = LiveLifts(self._scene)
-        self._found: list[Plain] = []
-        self._weighings: tuple[Weighing, ...] = ()
+        self._live = weigher_for(machine, unit, at=at, scale=scale, inclination=inclination)
+        self._scene, self.scale = self._live.scene, self._live.tally.scale
+        self._weighings: list[Weighing] = []
         self._known: tuple[str, ...] = ()
 
     @by_kind
-    def step(self, time: Quantity, sensors: Mapping[str, Sensor]) -> Weighing | None:
+    def step(self, time: Quantity, sensors: Mapping[str, VirtualSensor]) -> Weighing | None:
         """Take what sensors said last.
 
         Args:
@@ -100,19 +122,28 @@ class LiveWeighing:
     @property
     def weighings(self) -> tuple[Weighing, ...]:
         """All of them, in order."""
-        return self._weighings
+        return tuple(self._weighings)
 
-    def _after(self, found: list[Plain]) -> Weighing | None:
-        """The last weighing, where motions that have ended changed it."""
-        if not found:
-            return None
-        self._found += found
-        before, after = self._weighings, tuple(weighed(self._found, self.scale, self._scene.other_strokes))
-        self._weighings = after
-        is_new = bool(after) and (len(after) > len(before) or after[-1].direction != before[-1].direction)
-        return after[-1] if is_new else None
+    @property
+    def total(self) -> float:
+        """Mass of the cycles so far, one good weighing of each [kg]."""
+        return self._live.tally.total.mass
 
-    def _check(self, sensors: Mapping[str, Sensor]) -> None:
+    @property
+    def total_std(self) -> float:
+        """Standard deviation of the total [kg]: what the scale leaves open is the same in all weighings."""
+        return self._live.tally.total.std(self.scale)
+
+    @property
+    def cycles(self) -> int:
+        """How many cycles had a load and a good weighing."""
+        return self._live.tally.total.cycles
+
+    def _after(self, one: Weighing | None) -> Weighing | None:
+        extend(self._weighings, one)
+        return one
+
+    def _check(self, sensors: Mapping[str, VirtualSensor]) -> None:
         """Refuse sensors that this machine cannot be weighed with."""
         if self._known:
             allowed = ", ".join(self._known)

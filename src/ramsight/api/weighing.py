@@ -24,8 +24,9 @@ from ramsight.signals import Dataset
 from ramsight.tool.force_scale import TERMS, UNITS, Scale, described_scale
 from ramsight.tool.load_chart import LoadChart, LoadStatus
 from ramsight.tool.unit_tracks import Others
-from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing, is_same_load, lifts, weighed
-from ramsight.tool.weighing_limits import EMPTY_SHARE, KNOWN_STD
+from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing, lifts
+from ramsight.tool.weighing_limits import KNOWN_STD
+from ramsight.tool.weighing_tally import Tally, Total, is_same_load, weighed
 from ramsight.units import argument, format_si
 
 Quantity = float | str
@@ -201,9 +202,12 @@ def weigh(
     if lowered_empty:
         taught += [(0.0, [one for one in found if not one.upwards]) for found in weighable]
     scale = learned_scale(scene, taught)
-    done = [weighed(found, scale, scene.other_strokes) for found in weighable]
+    tallies = [Tally(scale, scene.other_strokes, scene.rated) for _ in weighable]
+    done = [weighed(found, tally) for found, tally in zip(weighable, tallies, strict=True)]
     numbers = tuple(k for k, one in enumerate(done) for _ in one)
-    return _whole(tuple(one for each in done for one in each), numbers, scale, scene)
+    total = sum((tally.total for tally in tallies), start=Total())
+    whole = tuple(one for each in done for one in each)
+    return Weighed(whole, numbers, scale, total.mass, total.std(scale), total.cycles, scene.chart is not None)
 
 
 def scene_of(machine: str | Path | Machine, unit: str | None, inclination: Quantity) -> Scene:
@@ -250,20 +254,6 @@ def learned_scale(scene: Scene, taught: Sequence[tuple[float, Sequence[Plain]]])
         for one in good:
             scale = scale.learned(one.mass, one.row, mass, math.hypot(one.own_std, KNOWN_STD * mass))
     return scale
-
-
-def _whole(found: tuple[Weighing, ...], logs: tuple[int, ...], scale: Scale, scene: Scene) -> Weighed:
-    """Weighings with their total: of each cycle the surest good one, unless the tool is empty."""
-    best: dict[tuple[int, int], Weighing] = {}
-    for one, log in zip(found, logs, strict=True):
-        if one.is_good and one.mass > EMPTY_SHARE * scene.rated:
-            other = best.get((log, one.cycle))
-            if other is None or one.std < other.std:
-                best[log, one.cycle] = one
-    total = sum(one.mass for one in best.values())
-    shared = sum((one.row for one in best.values()), start=np.zeros(len(TERMS)))
-    std = math.hypot(scale.mass(0.0, shared)[1], *(one.own_std for one in best.values()))
-    return Weighed(found, logs, scale, total, std, len(best), scene.chart is not None)
 
 
 __all__ = ["Weighed", "learned_scale", "scene_of", "weigh"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,13 +12,22 @@ from ramsight.cli.common import (
     ChannelMapFile,
     DriveLog,
     DrivenUnit,
+    EmptyLogs,
+    KnownLogs,
     Machine,
+    StandingUnits,
+    by_unit,
+    known_masses,
     named_unit,
     optional,
     say,
     say_error,
     say_written,
 )
+
+if TYPE_CHECKING:
+    from ramsight.machine.description import Machine as Described
+    from ramsight.tool.weigher import Weigher
 
 
 def encoder(
@@ -61,6 +70,18 @@ def encoder(
     history: Annotated[
         str | None, typer.Option(help="Keep a record of each hour, and one at the end: a store of ramsight history.")
     ] = None,
+    j1939_weighing: Annotated[
+        str | None,
+        typer.Option(
+            help="Send what is lifted as J1939 messages: PGN and source address, 'FF41h 80h', total in the next."
+        ),
+    ] = None,
+    at: StandingUnits = None,
+    empty: EmptyLogs = None,
+    known: KnownLogs = None,
+    known_start: Annotated[
+        str | None, typer.Option(help='Position of the piston at the beginning of each of these logs: "50 mm".')
+    ] = None,
     eds: Annotated[Path | None, typer.Option(help="Write its EDS file here first: .eds.")] = None,
 ) -> None:
     """Be a position sensor on a CANopen bus: a linear encoder of CiA 406.
@@ -68,7 +89,9 @@ def encoder(
     Listens to the drive's process data, follows the piston with the kalman sensor, and offers 6004h, 6030h, alarms,
     warnings and emergencies as a wire-draw or magnetostrictive sensor does, so that a controller need not be changed.
     A preset (6003h) is a reference by hand; end stops are references too. A real position sensor on the bus, which a
-    map names as [measured] position, is held against it (2031h). Runs until Ctrl-C.
+    map names as [measured] position, is held against it (2031h). Of a mechanism with a payload, the unit that lifts
+    weighs each lift (2040h to 2048h); --at says where the others stand, and lifts of known masses (--known, --empty)
+    teach its scale as they do for ramsight weigh. Runs until Ctrl-C.
 
     Example: ramsight encoder mining-loader --unit boom --channel can0 --node-id 6 --drive-node 5 --rated-torque 80Nm
     """
@@ -84,7 +107,8 @@ def encoder(
     from ramsight.deploy.encoder.eds import eds_text
     from ramsight.deploy.encoder.encoder import Settings
     from ramsight.deploy.encoder.flood import limited_log_lines
-    from ramsight.deploy.encoder.j1939 import Broadcasting, message_of
+    from ramsight.deploy.encoder.j1939 import Broadcast, Broadcasting, message_of
+    from ramsight.deploy.encoder.j1939_weighing import weighing_messages_of
     from ramsight.deploy.encoder.listening import drive_map
     from ramsight.deploy.encoder.opcua import OpcuaServer, address_of
     from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
@@ -107,8 +131,11 @@ def encoder(
     session = None
     if history is not None:
         session = session_for(history, described, unit, built, str(serial) if serial else "")
-    encoder = encoder_for(built, meanings, settings, state, aside=True, record=taking(session))
-    ready = encoder if j1939 is None else Broadcasting(encoder, message_of(j1939, j1939_period))
+    weigher = _weigher(described, unit, by_unit(at, "at", "bucket=250 mm"), known_masses(empty, known), known_start)
+    encoder = encoder_for(built, meanings, settings, state, aside=True, record=taking(session), weigher=weigher)
+    messages: list[Broadcast] = [] if j1939 is None else [message_of(j1939, j1939_period)]
+    messages += [] if j1939_weighing is None else [weighing_messages_of(j1939_weighing)]
+    ready = Broadcasting(encoder, *messages) if messages else encoder
     if eds is not None:
         with atomic_path(eds) as draft:
             draft.write_text(eds_text(), encoding="ascii")
@@ -125,6 +152,26 @@ def encoder(
     say(f"{channel}: node {node_id} is gone; {ready.said}")
     if session is not None and session.failure:
         say_error(session.failure, "warning")
+
+
+def _weigher(
+    described: Described, unit: str, at: dict[str, str], known: list[tuple[float | str, Path]], start: str | None
+) -> Weigher | None:
+    """What weighs the unit's lifts, in a thread of its own; None where it lifts nothing that is weighed."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    from ramsight.api.live_weighing import weigher_for
+    from ramsight.api.weighing import weigh
+    from ramsight.errors import DescriptionError
+
+    linkage = described.linkage
+    if linkage is None or linkage.payload is None or unit != next(iter(linkage.cylinders)):
+        if at or known:
+            allowed = "the unit that lifts, or no --at, --known and --empty"
+            raise DescriptionError("lifts nothing that is weighed", key="--unit", value=unit, allowed=allowed)
+        return None
+    scale = weigh(described, [], unit=unit, start=start, at=at, known=known).scale if known else None
+    return weigher_for(described, unit, at=at, scale=scale, start=ThreadPoolExecutor(1, "ramsight-weighing").submit)
 
 
 def logs_replay(

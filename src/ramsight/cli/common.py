@@ -53,6 +53,13 @@ StandingUnits = Annotated[
     list[str] | None,
     typer.Option(help='Where another unit stands still, or its log begins: "bucket=250 mm"; may be repeated.'),
 ]
+EmptyLogs = Annotated[
+    list[Path] | None, typer.Option("--empty", help="Log of lifts of the empty tool; may be repeated.")
+]
+KnownLogs = Annotated[
+    list[str] | None,
+    typer.Option("--known", help='Log of lifts of a known mass: "2 t=known.csv"; may be repeated.'),
+]
 
 
 def group(**options: Any) -> typer.Typer:
@@ -187,6 +194,21 @@ def strictly(*, is_strict: bool) -> Iterator[None]:
         what = "1 warning" if said == 1 else f"{said} warnings"
         say_error(f"{what}, and --strict takes a warning for an error; what was asked for is written")
         raise typer.Exit(WARNED)
+
+
+def known_masses(empty: Iterable[Path] | None, known: Iterable[str] | None) -> list[tuple[float | str, Path]]:
+    """Masses with the logs of their lifts, as `EmptyLogs` and `KnownLogs` have them.
+
+    Raises:
+        DescriptionError: one of them has no mass or no log.
+    """
+    masses: list[tuple[float | str, Path]] = [(0.0, one) for one in empty or ()]
+    for text in known or ():
+        mass, equals, file = text.partition("=")
+        if not equals or not file:
+            raise DescriptionError("is not MASS=LOG", key="known", value=text, allowed="2 t=known.csv")
+        masses.append((mass, Path(file)))
+    return masses
 
 
 def by_unit(texts: Iterable[str] | None, key: str, example: str) -> dict[str, str]:

@@ -11,9 +11,12 @@ from ramsight.cli.common import (
     LOG,
     BesideLogs,
     ChannelMapFile,
+    EmptyLogs,
+    KnownLogs,
     Machine,
     StandingUnits,
     by_unit,
+    known_masses,
     say_lines,
     say_table,
     say_written,
@@ -32,10 +35,8 @@ def weigh(
     ] = None,
     beside: BesideLogs = None,
     at: StandingUnits = None,
-    empty: Annotated[list[Path] | None, typer.Option(help="Log of lifts of the empty tool; may be repeated.")] = None,
-    known: Annotated[
-        list[str] | None, typer.Option(help='Log of lifts of a known mass: "2 t=known.csv"; may be repeated.')
-    ] = None,
+    empty: EmptyLogs = None,
+    known: KnownLogs = None,
     lowered_empty: Annotated[
         bool, typer.Option("--lowered-empty", help="What the logs lower is an empty tool: teaches the zero.")
     ] = False,
@@ -57,18 +58,12 @@ def weigh(
     Example: ramsight weigh mining-loader log.csv.gz --start "100 mm" --at "bucket=250 mm"
     """
     from ramsight.api.weighing import weigh as weigh_logs
-    from ramsight.errors import DescriptionError
     from ramsight.output import check_apart, check_figure, check_table, open_table
     from ramsight.tool.weighing_shown import draw_weighings, weighings_table
 
     check_table(out)
     check_figure(figure)
-    masses: list[tuple[float | str, Path]] = [(0.0, one) for one in empty or ()]
-    for text in known or ():
-        mass, equals, file = text.partition("=")
-        if not equals or not file:
-            raise DescriptionError("is not MASS=LOG", key="known", value=text, allowed="2 t=known.csv")
-        masses.append((mass, Path(file)))
+    masses = known_masses(empty, known)
     read = {f"log {k + 1}": one for k, one in enumerate([*logs, *(file for _, file in masses)])}
     check_apart({"the machine": machine, "--map": channel_map, **read}, {"--out": out, "--figure": figure})
     found = weigh_logs(

@@ -13,6 +13,7 @@ from nicegui import background_tasks, ui
 
 from ramsight.studio.controls import Controls, labelled
 from ramsight.studio.known_panel import places_panel, reasons_panel
+from ramsight.studio.lifts_panel import lifts_panel
 from ramsight.studio.prepared import Prepared
 from ramsight.studio.race_panel import RacePanel
 from ramsight.studio.scene import VIEWS, MachineScene
@@ -62,6 +63,8 @@ def live_page(
         with ui.column().classes("gap-3 min-w-0 seen"):
             places_panel("known")
             space, magnified = _machine(lambda view: looks[0](view) if looks else None)
+            if prepared.linked is not None and prepared.linked.mechanism.rated_payload > 0.0:
+                lifts_panel(prepared.linked.mechanism.cylinders[0])
             reasons_panel("known")
             _circuits(prepared.circuits, shown)
             _energy(session)
@@ -280,6 +283,7 @@ def _joined(frames: list[Frame]) -> Frame:
     last.marks = sorted(mark for frame in frames for mark in frame.marks)
     last.energy = next((frame.energy for frame in reversed(frames) if frame.energy), {})
     last.known = next((frame.known for frame in reversed(frames) if frame.known), {})
+    last.lifts = next((frame.lifts for frame in reversed(frames) if frame.lifts), {})
     for name in last.columns:
         parts = [frame.columns[name] for frame in frames]
         if name == "time":

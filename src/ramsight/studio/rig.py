@@ -31,6 +31,7 @@ from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 from ramsight.studio.knobs import FAULTS, KINDS, SENSORS, UNSURE, Knobs
 from ramsight.studio.known import Known
+from ramsight.studio.lifts import Lifts
 from ramsight.studio.marks import Marks
 from ramsight.studio.playing import Playing
 from ramsight.studio.recorder import Recorder, reported
@@ -95,7 +96,7 @@ class Rig:
             self.sheet = {name: build(machine.unit(name), name)}
         self.levers = dict.fromkeys(self.sheet, 0.0)
         self.faults: set[str] = set()
-        self._largest = self._largest_load(machine)
+        self._described, self._largest = machine, self._largest_load(machine)
         self._references: dict[str, float] = {}
         self._speeds = dict.fromkeys(self.sheet, 0.0)
         self._frozen: dict[str, float] = {}
@@ -156,6 +157,8 @@ class Rig:
             for sensor in sensors.values():
                 sensor.start(begin[name])
         self._knowledge: dict[str, Known] = {}
+        weighs = self.linked is not None and self._largest > 0.0
+        self.lifts = Lifts(self._described, self.period) if weighs else None
         self._referred: dict[str, float] = {}
         self._at = dict(begin)
         self.recorders = {name: Recorder(self.period) for name in self.sheet}
@@ -370,7 +373,7 @@ class Rig:
             ((speed),) = speeds.values()
             now = self._plant.advance(speed, self._load)
         self.inside = self._plant.inside()
-        rows = {}
+        rows, self._heard = {}, math.nan
         for name in self.sheet:
             truth = now.motor_speed[name], now.motor_torque[name]
             self._at[name] = now.position[name]
@@ -383,10 +386,23 @@ class Rig:
             silent = "power" in self.faults
             said, second = ({}, None) if silent else (dict(self._last[name]), self._compared.get(name))
             rows[name] = Row(now.time, now.position[name], *truth, *chambers, said, second)
+        self._weigh(now.time)
         self._samples += 1
         if self._samples % _OIL_EVERY == 0:
             self._warm_up()
         return rows
+
+    def _weigh(self, time: float) -> None:
+        """What the sensors of all units make of a lift; what is carried is kept beside them."""
+        sensors = {name: kinds["kalman"] for name, kinds in self.sensors.items() if "kalman" in self._last[name]}
+        if self.lifts is None:
+            return
+        self.lifts.truth(time, self._load)
+        if math.isnan(self._heard) or len(sensors) < len(self.sheet):
+            return
+        found = self.lifts.step(self._heard, sensors)
+        if found is not None:
+            self.marks.add(time, f"weighed {found.mass:.0f} kg" if found.is_good else "bad weighing")
 
     def _warm_up(self) -> None:
         """Let the oil's temperature follow losses and air, or whoever heats and cools it."""
@@ -448,6 +464,7 @@ class Rig:
             said = replace(said, motor_torque=self._frozen.setdefault(name, said.motor_torque))
         if "speed" in self.faults:
             said = replace(said, motor_speed=said.motor_speed * _SPEED_GAIN)
+        self._heard = said.time
         off = self._references.pop(name, None)
         reference = None if off is None else position + off
         if reference is not None:

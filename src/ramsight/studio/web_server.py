@@ -32,7 +32,7 @@ _SILENT = 40.0  # s, within which NiceGUI asks whether a page is there (0.8 of i
 
 _SCRIPTS = (
     "uPlot.iife.min.js", "studio.js", "kept.js", "timeline.js", "strips.js", "flows.js", "status.js", "space.js",
-    "description.js", "energy.js", "known.js", "race.js", "link.js",
+    "description.js", "energy.js", "known.js", "lifts.js", "race.js", "link.js",
 )  # fmt: skip
 _FIRST = (
     f'<div id="first" style="position:absolute;inset:0;padding:8px 16px;font:600 18px sans-serif;color:{_INK};'

@@ -59,6 +59,7 @@ class Frame:
     # by unit, as `Known.look` of its kalman sensor; empty in most frames
     known: dict[str, Any] = field(default_factory=dict)
     load: float = 0.0  # on the unit [N], or what the mechanism carries [kg]
+    lifts: dict[str, Any] = field(default_factory=dict)  # what was weighed, as `Lifts.shown`; empty in most frames
     # temperatures of the oil in the pumps and in the tank [°C], by unit
     oil: dict[str, list[float]] = field(default_factory=dict)
     marks: list[Mark] = field(default_factory=list)  # what has happened at one time, as `marks.Mark`
@@ -254,6 +255,7 @@ class _Clock:
         if now - self.looked >= _KNOWN:
             self.looked = now
             frame.known = {name: self.rig.known(name, row.time) for name, row in last.items()}
+            frame.lifts = {} if self.rig.lifts is None else self.rig.lifts.shown
         frame.marks = self.rig.marks.taken()
         frame.begun, frame.telling = self.restarts, None if self.story is None else self.story.telling
         frame.settings = {"knobs": asdict(self.rig.knobs), "faults": sorted(self.rig.faults), "duty": self.rig.duty}

@@ -6,8 +6,9 @@ A lift follows from the samples of its motion alone. So samples are kept while s
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from ramsight.signals import TIME, Signal, Signals
 from ramsight.tool.weighing_events import Plain, Scene, lifts
 from ramsight.tool.weighing_limits import BRIDGED, MOVING
 
+Work = Callable[[], list[Plain]]
+"""What finds the lifts of a motion that has ended: some hundredths of a second of work."""
+_LONGEST = 600.0  # s of a motion that are kept; a rod that counts as moving goes through its stroke in 250 s
 _OUTPUTS = ("position", "position_std", "velocity", "load", "load_std", "load_age", LOWEST, HIGHEST, "status")
 
 
@@ -33,7 +37,7 @@ class LiveLifts:
         self._rows: list[list[float]] = []
         self._columns: list[tuple[str, str]] = []
 
-    def step(self, time: float, sensors: Mapping[str, VirtualSensor]) -> list[Plain]:
+    def step(self, time: float, sensors: Mapping[str, VirtualSensor]) -> Work | None:
         """Take what sensors said last.
 
         Args:
@@ -41,14 +45,14 @@ class LiveLifts:
             sensors: by the names of their units, the same ones at each step.
 
         Returns:
-            Motions that have ended: nothing has moved for the time that a pause of a lift may take.
+            The work on a motion that has ended: nothing has moved for the time that a pause of a lift may take.
         """
         before, self._last = self._last, time
         if not self._columns:
             self._columns = [(unit, name) for unit, one in sensors.items() for name in _OUTPUTS if name in one.outputs]
         row = [time, *(sensors[unit].says(name) for unit, name in self._columns)]
-        found = []
-        if self._rows and time - self._moved > BRIDGED:
+        found = None
+        if self._rows and (time - self._moved > BRIDGED or time - self._rows[0][0] > _LONGEST):
             found = self.finish()
             self._rows = [[before, *(np.nan for _ in self._columns)]]  # at rest: what follows it is no gap
         self._rows.append(row)
@@ -57,15 +61,15 @@ class LiveLifts:
             self._moved = time
         return found
 
-    def finish(self) -> list[Plain]:
-        """The motion that has not ended yet, where no more samples come."""
+    def finish(self) -> Work | None:
+        """The work on the motion that has not ended yet, where no more samples come."""
         rows, self._rows = self._rows, []
         if not rows or self._moved < rows[0][0]:
-            return []
+            return None
         time, *columns = np.ascontiguousarray(np.array(rows).T)
         tracks: dict[str, dict[str, Signal]] = {}
         for (unit, name), values in zip(self._columns, columns, strict=True):
             tracks.setdefault(unit, {TIME: Signal(time)})[name] = Signal(values)
         own = Signals(tracks.pop(self._scene.unit))
         beside = {unit: Signals(one) for unit, one in tracks.items()}
-        return lifts(replace(self._scene, others=replace(self._scene.others, tracks=beside)), own)
+        return partial(lifts, replace(self._scene, others=replace(self._scene.others, tracks=beside)), own)

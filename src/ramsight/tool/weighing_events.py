@@ -11,20 +11,17 @@ window, a motion that is not steady and a position that is not known make a weig
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
 
 from ramsight.arrays import Array, Bools
-from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.linked import LinkedMachine
 from ramsight.signals import Signals
 from ramsight.tool.force_balance import Balance, balance
-from ramsight.tool.force_scale import Scale
 from ramsight.tool.lift_windows import Window, smoothed, windows
-from ramsight.tool.load_chart import LoadChart, LoadStatus, RatedLoad
+from ramsight.tool.load_chart import LoadChart, LoadStatus
 from ramsight.tool.unit_tracks import Others, Rods
 from ramsight.tool.weighing_limits import (
     BLOCK,
@@ -32,12 +29,10 @@ from ramsight.tool.weighing_limits import (
     INCLINATION_STD,
     NOISE_STDS,
     ONE_STEP,
-    PAIR_STDS,
     POSITION_SHARE,
     REPEATS_STD,
     SHORTEST,
     SPEED_VARIES,
-    STANDS_STILL,
     STEADY,
     STEADY_SHARE,
 )
@@ -173,7 +168,8 @@ def lifts(scene: Scene, track: Signals) -> list[Plain]:
         scene: the machine and its other units.
         track: of the unit that lifts, with position, velocity, load, load_std, load_age and status.
     """
-    track = track.rows(np.diff(track["time"].values, prepend=-np.inf) > 0.0)
+    time = track["time"].values
+    track = track.rows(time > np.maximum.accumulate(np.concatenate([[-np.inf], time[:-1]])))
     unit = scene.machine.unit(scene.unit)
     shown = track["load_age"].values <= 0.0
     found = windows(track["time"].values, track["velocity"].values, shown, unit.cylinder.stroke, unit.lift_sign)
@@ -243,7 +239,8 @@ def _by_positions(scene: Scene, rods: Rods, rows: slice, acceleration: Array, fo
 
     def of(moved: Rods, tilt: float = 0.0) -> Array:
         b, p = scene.balance(moved.rows(rows), acceleration, tilt).in_motion()
-        mass = float(np.nansum(p * (force - b)) / np.nansum(p * p))
+        squares = float(np.nansum(p * p))
+        mass = float(np.nansum(p * (force - b))) / squares if squares > 0.0 else math.inf  # beyond the mechanism
         return np.array([mass, mass * np.fmax.reduce(scene.moments(moved, tilt)[0][inside], initial=np.nan)])
 
     here = of(rods)
@@ -264,7 +261,7 @@ def _quality(
     """Why a lift's mass is bad, the first cause first."""
     if duration < SHORTEST:
         return Quality.TOO_SHORT
-    if by_position > POSITION_SHARE * scene.rated:
+    if not by_position <= POSITION_SHARE * scene.rated:
         return Quality.UNKNOWN_POSITION
     if not is_steady:
         return Quality.TOO_FAST
@@ -279,70 +276,3 @@ def _fell(blocks: Array) -> bool:
     steps = [(float(blocks[:k].mean() - blocks[k:].mean()), k * (count - k) / count**2) for k in range(1, count)]
     explained, step = max((step**2 * share, step) for step, share in steps)
     return step > 0.0 and explained >= ONE_STEP * float(np.var(blocks))
-
-
-def weighed(found: Sequence[Plain], scale: Scale, strokes: Array) -> list[Weighing]:
-    """Weighings of a log's lifts; up and down of one load are averaged, and other lowering is left out.
-
-    Args:
-        found: lifts of one log, in order.
-        scale: the machine's.
-        strokes: of the other cylinders [m].
-    """
-    done: list[Weighing] = []
-    cycle, lowered, k = 0, True, 0
-    while k < len(found):
-        one, direction = found[k], "up"
-        if not one.upwards:
-            lowered, k = True, k + 1
-            continue
-        cycle, lowered, k = cycle + lowered, False, k + 1
-        if k < len(found) and is_same_load(one, found[k], scale, strokes):
-            one, direction, lowered, k = _mean(one, found[k]), "both", True, k + 1
-        done.append(_weighing(one, scale, cycle, direction))
-    return done
-
-
-def _weighing(one: Plain, scale: Scale, cycle: int, direction: str) -> Weighing:
-    mass, shared = scale.mass(one.mass, one.row)
-    std = math.hypot(shared, one.own_std)
-    half = TWO_SIDED_95 * std
-    rated = RatedLoad()
-    if one.moment is not None and one.quality is Quality.GOOD:
-        factor = one.moment.per_mass
-        rated = RatedLoad.of(factor * mass, math.hypot(factor * shared, one.moment.own_std), covered=one.moment.covered)
-    return Weighing(
-        one.time, one.duration, cycle, direction, mass, std, mass - half, mass + half, one.quality, one.row,
-        one.own_std, rated.share, rated.std, rated.exceeded, rated.status,
-    )  # fmt: skip
-
-
-def is_same_load(up: Plain, down: Plain, scale: Scale, strokes: Array) -> bool:
-    """Whether a motion down carries what the one up before it did: nothing was dumped, and friction explains it.
-
-    Args:
-        up: a lift.
-        down: the motion after it.
-        scale: the machine's.
-        strokes: of the other cylinders [m].
-    """
-    if down.upwards or up.quality is not Quality.GOOD or down.quality is not Quality.GOOD:
-        return False
-    if (np.abs(up.others - down.others) > STANDS_STILL * strokes).any():
-        return False
-    apart = scale.mass(up.mass, up.row)[0] - scale.mass(down.mass, down.row)[0]
-    _, shared = scale.mass(0.0, up.row - down.row)
-    return bool(abs(apart) <= PAIR_STDS * math.hypot(shared, up.own_std, down.own_std))
-
-
-def _mean(up: Plain, down: Plain) -> Plain:
-    """Both motions of a load as one lift: what differs by direction cancels."""
-    return replace(
-        up,
-        time=0.5 * (up.time + down.time),
-        duration=up.duration + down.duration,
-        mass=0.5 * (up.mass + down.mass),
-        row=0.5 * (up.row + down.row),
-        own_std=0.5 * math.hypot(up.own_std, down.own_std),
-        moment=None if up.moment is None or down.moment is None else up.moment.averaged(down.moment),
-    )

@@ -17,6 +17,7 @@ from ramsight.errors import DescriptionError
 from ramsight.logs.mapped import ChannelMap
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
+from ramsight.tool.weigher import Weigher
 from ramsight.tracking.comparing import Comparison
 
 _OWN = (0x180, 0x280)  # of its process data, plus the node-ID
@@ -31,6 +32,7 @@ def encoder_for(
     *,
     aside: bool = False,
     record: Callable[[Sample], object] = lambda sample: None,
+    weigher: Weigher | None = None,
 ) -> Encoder:
     """An encoder with a `kalman` sensor, ready to be started.
 
@@ -42,6 +44,7 @@ def encoder_for(
             this encoder's alone, as long as it runs.
         aside: whether the state is saved by a thread of its own.
         record: is passed each sample that the sensor takes.
+        weigher: of the machine, if the unit lifts what it weighs.
 
     Raises:
         DescriptionError: the map cannot be used.
@@ -67,7 +70,9 @@ def encoder_for(
     instance = f"{unit.name}, node {settings.node_id}, serial number {settings.serial}"
     persistence = None if state is None else Persistence(state, sensor, aside=aside, instance=instance)
     parameters = None if state is None else ParameterFile(state.with_name(state.name + SUFFIX))
-    return Encoder(sensor, unit, listener, settings, persistence=persistence, parameters=parameters, record=record)
+    return Encoder(
+        sensor, unit, listener, settings, persistence=persistence, parameters=parameters, record=record, weigher=weigher
+    )
 
 
 def overrides(

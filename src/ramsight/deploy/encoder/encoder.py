@@ -36,6 +36,7 @@ from ramsight.deploy.encoder.server import (
 )
 from ramsight.deploy.encoder.state_on_disk import Persistence
 from ramsight.deploy.encoder.stored import ALL, Stored
+from ramsight.deploy.encoder.weighings import Weighings
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.persistence import STARTED
@@ -51,6 +52,7 @@ from ramsight.sensor.virtual_sensor import (
     Estimate,
     VirtualSensor,
 )
+from ramsight.tool.weigher import Weigher
 
 _NMT, _SYNC = 0x000, 0x080
 _JUST_AFTER = 1e-4  # s, from the drive's last sample to a preset, whose frame may have a later stamp than the next
@@ -92,6 +94,7 @@ class Encoder:
         persistence: where the sensor's state is saved; None saves it nowhere, and the position is unknown at first.
         parameters: where 1010h stores parameters; None refuses to.
         record: is passed each sample that the sensor takes.
+        weigher: of the machine, if the unit lifts what it weighs.
 
     Every method takes the time by a clock that only runs forward [s], and returns the frames to be sent.
 
@@ -118,8 +121,9 @@ class Encoder:
         persistence: Persistence | None = None,
         parameters: ParameterFile | None = None,
         record: Callable[[Sample], object] = lambda sample: None,
+        weigher: Weigher | None = None,
     ) -> None:
-        self._record = record
+        self._record, self.weighings = record, Weighings(weigher, unit.name)
         self._sensor, self._unit, self._listener, self.settings = sensor, unit, listener, settings
         self._saving = Saving(sensor, persistence)
         self._node = Node(settings.node_id, self._read, self._check)
@@ -323,6 +327,7 @@ class Encoder:
             self._record(sample)
         self._drive.sampled(self._now)
         self._sample, self._estimate, self._missed = sample, estimate, False
+        self.weighings.take(sample.time, self._sensor)
         self._beside.compare(self._now, sample, estimate, self._sensor.says(BOUND))
         after = self._sensor.state
         if any(after[name] != before[name] for name in (TIME, STARTED)):  # else it was passed over
@@ -458,7 +463,7 @@ class Encoder:
         return None if found is None else found()
 
     def _live_values(self) -> dict[tuple[int, int], Callable[[], int | str]]:
-        scale, stroke = self._scale, self._unit.cylinder.stroke
+        scale, stroke, lifts = self._scale, self._unit.cylinder.stroke, self.weighings
         return {
             (0x1001, 0): lambda: register(self._faults),
             (0x100A, 0): lambda: __version__,
@@ -473,6 +478,15 @@ class Encoder:
             (0x2017, 0): lambda: counted(1e3 * self.load_age),
             (0x2030, 0): lambda: scale.elsewhere(self._beside.position),
             (0x2031, 0): lambda: self._beside.verdict,
+            (0x2040, 0): lambda: MOST if math.isnan(lifts.mass) else whole(lifts.mass, LEAST, MOST),
+            (0x2041, 0): lambda: counted(lifts.std),
+            (0x2042, 0): lambda: lifts.count % (1 << 16),
+            (0x2043, 0): lambda: lifts.quality,
+            (0x2044, 0): lambda: counted(lifts.total),
+            (0x2045, 0): lambda: counted(lifts.total_std),
+            (0x2046, 0): lambda: counted(1e3 * lifts.share, bits=16),
+            (0x2047, 0): lambda: counted(1e3 * lifts.share_std, bits=16),
+            (0x2048, 0): lambda: lifts.status,
             (0x6002, 0): lambda: scale.steps(stroke),
             (0x6004, 0): lambda: scale.position,
             (0x6030, 1): lambda: scale.speed(self._estimate),

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import dataclass
+from typing import Protocol
 
 from ramsight.deploy.encoder.alarms import warnings
 from ramsight.deploy.encoder.encoder import Encoder
@@ -27,7 +28,8 @@ from ramsight.errors import DescriptionError
 from ramsight.sensor.status import Status
 from ramsight.units import parse_option
 
-_LARGEST, _ERROR, _NOTHING = 0xFAFF, 0xFE00, 0xFFFF
+LARGEST, _ERROR, _NOTHING = 0xFAFF, 0xFE00, 0xFFFF
+"""Of 16 bits: the largest that is a number, what means an error, and that nothing is known."""
 _SLOWEST, _VELOCITY, _STD = 3.2, 1e-4, 1e-5  # m/s; m/s and m a bit
 _PGNS = 0xFF00, 0xFFFF
 _PERIODS = 5e-3, 5.0  # s
@@ -96,12 +98,36 @@ class Message:
         flags = int(valid) | int(known) << 2 | int(warns) << 4 | int(referenced) << 6
         return struct.pack(
             "<HHBBH",
-            _number(position / self.resolution) if valid else _ERROR,
-            _number((velocity + _SLOWEST) / _VELOCITY),
+            number(position / self.resolution) if valid else _ERROR,
+            number((velocity + _SLOWEST) / _VELOCITY),
             flags,
             status,
-            _number(std / _STD) if known else _NOTHING,
+            number(std / _STD) if known else _NOTHING,
         )
+
+    def check(self, encoder: Encoder) -> None:
+        """Refuse a stroke that needs more bits than there are.
+
+        Raises:
+            DescriptionError: it does.
+        """
+        if encoder.stroke / self.resolution > LARGEST:
+            allowed = f"{encoder.stroke / LARGEST:.2g} m or more"
+            text = "is too fine for the stroke"
+            raise DescriptionError(text, key="resolution", value=self.resolution, allowed=allowed)
+
+    def frames(self, encoder: Encoder) -> list[Frame]:
+        """What an encoder says now."""
+        data = self.data(
+            encoder.position,
+            encoder.velocity,
+            encoder.std,
+            encoder.status,
+            valid=encoder.valid,
+            warns=bool(warnings(encoder.faults)),
+            referenced=encoder.referenced,
+        )
+        return [Frame(self.identifier | EXTENDED, data)]
 
 
 def message_of(words: str, period: str) -> Message:
@@ -118,36 +144,66 @@ def message_of(words: str, period: str) -> Message:
         >>> hex(message_of("FF41h 81h", "50 ms").identifier)
         '0x18ff4181'
     """
+    pgn, source = header_of(words, "--j1939")
+    return Message(pgn, source, period=parse_option(period, "s", "--j1939-period", least="5 ms", most="5 s"))
+
+
+def header_of(words: str, option: str) -> tuple[int, int]:
+    """Parameter group and source address of an option.
+
+    Raises:
+        DescriptionError: they cannot be read.
+    """
     try:
         pgn, source = (int(word.rstrip("hH"), 16) for word in words.split())
     except ValueError:
         allowed = "a PGN and a source address, as in 'FF40h 80h'"
-        raise DescriptionError("cannot be read", key="--j1939", value=words, allowed=allowed) from None
-    return Message(pgn, source, period=parse_option(period, "s", "--j1939-period", least="5 ms", most="5 s"))
+        raise DescriptionError("cannot be read", key=option, value=words, allowed=allowed) from None
+    return pgn, source
 
 
-def _number(value: float) -> int:
-    """A value in bits, within what may be sent; none if it is none."""
-    return min(max(round(value), 0), _LARGEST) if math.isfinite(value) else _NOTHING
+def number(value: float, bits: int = 16) -> int:
+    """A value in bits, within what may be sent; none if it is none.
+
+    Example:
+        >>> number(2.6), number(-1.0), hex(number(1e9)), hex(number(1e12, 32)), hex(number(math.nan))
+        (3, 0, '0xfaff', '0xfaffffff', '0xffff')
+    """
+    more = (1 << bits - 16) - 1
+    nothing, largest = (_NOTHING << bits - 16) + more, (LARGEST << bits - 16) + more
+    return min(max(round(value), 0), largest) if math.isfinite(value) else nothing
+
+
+class Broadcast(Protocol):
+    """Messages that are sent at equal distances."""
+
+    @property
+    def period(self) -> float:
+        """Between two times [s]."""
+
+    def check(self, encoder: Encoder) -> None:
+        """Refuse an encoder that they have no room for."""
+
+    def frames(self, encoder: Encoder) -> list[Frame]:
+        """What an encoder says now."""
 
 
 class Broadcasting:
-    """An encoder that sends a J1939 message, too; it is used as the encoder is.
+    """An encoder that sends J1939 messages, too; it is used as the encoder is.
 
     Args:
         encoder: of CANopen.
-        message: which one.
+        messages: which ones.
 
     Raises:
-        DescriptionError: the stroke needs more bits than there are.
+        DescriptionError: a value needs more bits than there are.
     """
 
-    def __init__(self, encoder: Encoder, message: Message) -> None:
-        if encoder.stroke / message.resolution > _LARGEST:
-            allowed = f"{encoder.stroke / _LARGEST:.2g} m or more"
-            text = "is too fine for the stroke"
-            raise DescriptionError(text, key="resolution", value=message.resolution, allowed=allowed)
-        self._encoder, self._message, self._next = encoder, message, math.inf
+    def __init__(self, encoder: Encoder, *messages: Broadcast) -> None:
+        for one in messages:
+            one.check(encoder)
+        self._encoder, self._messages = encoder, messages
+        self._next = [math.inf for _ in messages]
 
     @property
     def said(self) -> str:
@@ -157,11 +213,11 @@ class Broadcasting:
     @property
     def due(self) -> float:
         """When something is to be done next [s]."""
-        return min(self._encoder.due, self._next)
+        return min(self._encoder.due, *self._next)
 
     def start(self, now: float) -> list[Frame]:
-        """Power up at a time [s]; the message comes a period later for the first time."""
-        self._next = now + self._message.period
+        """Power up at a time [s]; a message comes a period later for the first time."""
+        self._next = [now + one.period for one in self._messages]
         return self._encoder.start(now)
 
     def receive(self, now: float, frame: Frame) -> list[Frame]:
@@ -177,18 +233,10 @@ class Broadcasting:
         self._encoder.stop()
 
     def _due(self, now: float) -> list[Frame]:
-        if now < self._next:
-            return []
-        late = math.fmod(now - self._next, self._message.period)
-        self._next = now + self._message.period - late  # what was missed is gone, the beat stays
-        one = self._encoder
-        data = self._message.data(
-            one.position,
-            one.velocity,
-            one.std,
-            one.status,
-            valid=one.valid,
-            warns=bool(warnings(one.faults)),
-            referenced=one.referenced,
-        )
-        return [Frame(self._message.identifier | EXTENDED, data)]
+        frames = []
+        for k, message in enumerate(self._messages):
+            if now >= self._next[k]:
+                late = math.fmod(now - self._next[k], message.period)
+                self._next[k] = now + message.period - late  # what was missed is gone, the beat stays
+                frames += message.frames(self._encoder)
+        return frames

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ramsight.tool.load_chart import LoadStatus
+from ramsight.tool.weighing_events import Quality
 from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE
 
 TYPES = {"INT16": 3, "INT32": 4, "UINT8": 5, "UINT16": 6, "UINT32": 7, "VISIBLE_STRING": 9}
@@ -25,6 +27,16 @@ NO_TEMPERATURE = -(1 << 15)
 LEAST, MOST = -(1 << 31), (1 << 31) - 1
 
 SHORTEST_HEARTBEAT = 10  # ms
+
+QUALITIES, LOAD_STATUSES = tuple(Quality), tuple(LoadStatus)
+"""What a weighing is worth, and whether it exceeded the rated load; their places here are their numbers."""
+NO_WEIGHING, NO_SCALE = 254, 255
+"""Qualities before the first weighing, and of a machine that weighs nothing."""
+
+
+def _numbered(all_of: tuple[Quality, ...] | tuple[LoadStatus, ...]) -> str:
+    return ", ".join(f"{number} {one.name.lower().replace('_', ' ')}" for number, one in enumerate(all_of))
+
 
 COMMUNICATION, APPLICATION = "communication", "application"
 """What 1010h and 1011h keep apart."""
@@ -167,6 +179,21 @@ OBJECTS: tuple[Object, ...] = (
     _var(0x2032, "Tolerance of the real sensor", "UINT32", "rw", round(1e6 * TOLERANCE), "µm", 1, 1_000_000),
     _var(0x2033, "Time to alert", "UINT16", "rw", round(1e3 * TIME_TO_ALERT), "ms for which both have to be apart",
          0, round(1e3 * LONGEST_ALERT)),
+    _var(0x2040, "Mass of the last weighing", "INT32", "ro", None, "kg; 7FFFFFFFh: none", mappable=True),
+    _var(0x2041, "Mass standard deviation", "UINT32", "ro", None, "kg; FFFFFFFFh: unknown", mappable=True),
+    _var(0x2042, "Number of weighings", "UINT16", "ro", None,
+         "since power-up, 0 after FFFFh; lowering the same load makes the last one better and adds none",
+         mappable=True),
+    _var(0x2043, "Weighing quality", "UINT8", "ro", None,
+         f"{_numbered(QUALITIES)}; 254 no weighing yet, 255 this machine weighs nothing", mappable=True),
+    _var(0x2044, "Total mass", "UINT32", "ro", None, "kg since power-up, one good weighing of each cycle",
+         mappable=True),
+    _var(0x2045, "Total mass standard deviation", "UINT32", "ro", None, "kg", mappable=True),
+    _var(0x2046, "Share of the rated load", "UINT16", "ro", None,
+         "0.1 %, the largest of the last lift; FFFFh: unknown", mappable=True),
+    _var(0x2047, "Share standard deviation", "UINT16", "ro", None, "0.1 %; FFFFh: unknown", mappable=True),
+    _var(0x2048, "Rated load status", "UINT8", "ro", None, f"{_numbered(LOAD_STATUSES)}; no safety function",
+         mappable=True),
     _var(0x2100, "Oil temperature", "INT16", "rw", NO_TEMPERATURE, "0.1 °C, for who writes it; 8000h: none"),
     _var(0x6000, "Operating parameters", "UINT16", "rw", 0x0004,
          "bit 2: steps of 6005h, else of 6501h; bit 3: extending counts down"),

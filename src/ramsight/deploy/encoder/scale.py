@@ -12,7 +12,6 @@ from ramsight.sensor.virtual_sensor import Estimate
 BY_6005, DOWNWARDS = 1 << 2, 1 << 3
 """Bits of 6000h: steps of 6005h rather than 6501h; extending counts down."""
 _NO_SPEED = (1 << 15) - 1
-_UNKNOWN = (1 << 32) - 1
 
 
 def whole(value: float, low: int, high: int) -> int:
@@ -25,14 +24,15 @@ def whole(value: float, low: int, high: int) -> int:
     return round(min(max(value, low), high))
 
 
-def counted(value: float) -> int:
-    """A number as an unsigned 32-bit one, whose largest stands for what is unknown.
+def counted(value: float, bits: int = 32) -> int:
+    """A number as an unsigned one, whose largest stands for what is unknown.
 
     Example:
-        >>> counted(2.6), counted(math.nan) == counted(1e12) == 0xFFFF_FFFF
-        (3, True)
+        >>> counted(2.6), counted(math.nan) == counted(1e12) == 0xFFFF_FFFF, counted(1e9, bits=16) == 0xFFFF
+        (3, True, True)
     """
-    return _UNKNOWN if math.isnan(value) else whole(value, 0, _UNKNOWN)
+    unknown = (1 << bits) - 1
+    return unknown if math.isnan(value) else whole(value, 0, unknown)
 
 
 class Scale:

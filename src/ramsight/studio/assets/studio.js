@@ -151,6 +151,7 @@ window.studio = (() => {
     if (f.factor !== null) set("now-factor", f.factor.toFixed(1));
     if (f.energy[shown]) studio.energy(f.energy[shown]);
     if (shown in f.known) studio.knows(f.known[shown], last.position[k]);
+    studio.lifts(f.lifts);
     studio.race(f);
     if (!waiting) { waiting = true; requestAnimationFrame(() => { draw(); drawn += 1; }); }
     return drawn;
