@@ -32,12 +32,13 @@ from ramsight.study.datasheet.drawn import draw, ready
 from ramsight.study.datasheet.linear import REPORTED, differences, linear_budget
 from ramsight.study.datasheet.machine_tasks import runs, work_through
 from ramsight.study.datasheet.measuring import GROUPS, TAUGHT, VOUCHED, Track, drift_of, measures
-from ramsight.study.datasheet.sobol import indices, saltelli
 from ramsight.study.datasheet.statistics import (
     Known,
+    indices,
     pooled_quantiles,
     quantile_of_counts,
     quantile_of_machines,
+    saltelli,
     share_of,
     slope_of,
 )

@@ -18,9 +18,9 @@ from ramsight.control.trajectory import Limits
 from ramsight.deploy.c_control import control_source, golden_control
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, CompilerError, find_compiler, run
-from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_control import golden_run
+from ramsight.deploy.profiles import ControlOptions
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.engine.typed_state import initial_values
 from ramsight.plant.limits import limits_of

@@ -7,8 +7,8 @@ import pytest
 
 import ramsight
 from ramsight import machine
-from ramsight.duty.lifting import lifting
 from ramsight.duty.linked_duty import simulate_linked, unit_run
+from ramsight.duty.loading import lifting
 from ramsight.duty.profile import Profile
 from ramsight.plant.linked import build_linked
 from ramsight.tool.weighing_events import Quality

@@ -22,16 +22,14 @@ from ramsight.circuit_picture import draw_circuits_by
 if TYPE_CHECKING:
     from ramsight.api.calibrating import identify, identify_values, leak_test
     from ramsight.api.commissioning import commission
-    from ramsight.api.drawing import draw
     from ramsight.api.duties import duty_for, lift_lower
     from ramsight.api.exporting import export_c, export_fmu, export_page, export_parameters, export_ssp, export_wasm
     from ramsight.api.fmeda_tables import diagnostic_coverage, export_fmeda
     from ramsight.api.histories import history, history_add, history_event, history_report
     from ramsight.api.live_plant import LivePlant
-    from ramsight.api.live_weighing import LiveWeighing
     from ramsight.api.machines import catalogue
     from ramsight.api.overlaying import overlay
-    from ramsight.api.plotting import plot
+    from ramsight.api.plotting import draw, plot
     from ramsight.api.second_channel import compare
     from ramsight.api.shared_reports import check_shared
     from ramsight.api.simulating import drive_report, simulate
@@ -40,7 +38,7 @@ if TYPE_CHECKING:
     from ramsight.api.tolerance_deriving import derive_tolerance
     from ramsight.api.tool_places import tool_place
     from ramsight.api.tracking import sensor_for, track
-    from ramsight.api.weighing import weigh
+    from ramsight.api.weighing import LiveWeighing, weigh
     from ramsight.calibration.identify_record import IdentifyError
     from ramsight.calibration.leakage import LeakTestError
     from ramsight.duty.drive_response import DriveResponse
@@ -86,23 +84,21 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.commissioning": ("commission",),
         "api.second_channel": ("compare",),
         "api.shared_reports": ("check_shared",),
-        "api.drawing": ("draw",),
         "api.duties": ("duty_for", "lift_lower"),
         "api.exporting": ("export_c", "export_fmu", "export_page", "export_parameters", "export_ssp", "export_wasm"),
         "api.fmeda_tables": ("diagnostic_coverage", "export_fmeda"),
         "api.histories": ("history", "history_add", "history_event", "history_report"),
         "api.live_plant": ("LivePlant",),
-        "api.live_weighing": ("LiveWeighing",),
         "api.machines": ("catalogue",),
         "api.overlaying": ("overlay",),
-        "api.plotting": ("plot",),
+        "api.plotting": ("draw", "plot"),
         "api.simulating": ("drive_report", "simulate"),
         "api.simulating_many": ("simulate_many",),
         "api.studying": ("Study",),
         "api.tolerance_deriving": ("derive_tolerance",),
         "api.tool_places": ("tool_place",),
         "api.tracking": ("sensor_for", "track"),
-        "api.weighing": ("weigh",),
+        "api.weighing": ("LiveWeighing", "weigh"),
         "calibration.identify_record": ("IdentifyError",),
         "calibration.leakage": ("LeakTestError",),
         "duty.drive_response": ("DriveResponse",),

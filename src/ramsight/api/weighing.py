@@ -1,4 +1,4 @@
-"""What a machine lifts: logs weighed, and scales learned from known masses."""
+"""What a machine lifts: logs weighed, scales learned from known masses, and weighing while it works."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ramsight.api.tool_places import followed, known_unit, others_of
-from ramsight.argument_kinds import by_kind
+from ramsight.api.live_sensor import Sensor, read_input
+from ramsight.api.tool_places import followed, held_at, known_unit, others_of
+from ramsight.argument_kinds import by_kind, check_kind
 from ramsight.errors import DescriptionError
 from ramsight.logs.channel_map import AnyMap, known_map
 from ramsight.machine import load_machine
@@ -20,8 +21,10 @@ from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing
 from ramsight.plant.linked import build_linked
+from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.signals import Dataset
 from ramsight.tool.force_scale import TERMS, UNITS, Scale, described_scale
+from ramsight.tool.live_lifts import LiveLifts
 from ramsight.tool.load_chart import LoadChart, LoadStatus
 from ramsight.tool.unit_tracks import Others
 from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing, is_same_load, lifts, weighed
@@ -267,3 +270,111 @@ def _whole(found: tuple[Weighing, ...], logs: tuple[int, ...], scale: Scale, sce
 
 
 __all__ = ["Weighed", "learned_scale", "scene_of", "weigh"]
+
+
+_AGE = "load_age"
+
+
+class LiveWeighing:
+    """Weighs what a machine lifts while it works: from the same samples the weighings of `weigh`, bit for bit.
+
+    Args:
+        machine: with a mechanism that has a payload: its description, name or file.
+        unit: the unit that lifts; by default the mechanism's first.
+        at: where units without a sensor stand still [m], ``{"bucket": "250 mm"}``; one with neither may be anywhere.
+        scale: the machine's, as `weigh` learned it from known masses; by default the description's.
+        inclination: of the machine, its front up [rad], or ``"3 deg"``.
+
+    Raises:
+        DescriptionError: the machine has no mechanism or no payload, or a quantity is out of range.
+        UnknownNameError: no such machine or unit.
+
+    Example:
+        >>> import ramsight
+        >>> plant = ramsight.build("mining-loader", unit="boom")
+        >>> log = ramsight.drive_report(ramsight.simulate(plant, load="250 kN", start="100 mm", hold="4 s"))
+        >>> boom, live = ramsight.sensor_for(plant), ramsight.LiveWeighing("mining-loader", at={"bucket": "250 mm"})
+        >>> boom.start("100 mm")
+        >>> names = ("time", "motor_speed", "motor_torque", "oil_temperature")
+        >>> for sample in zip(*(log[name].values for name in names)):
+        ...     _ = boom.step(*map(float, sample))
+        ...     _ = live.step(float(sample[0]), {"boom": boom})
+        >>> live.finish()
+        >>> whole = ramsight.weigh("mining-loader", log, start="100 mm", at={"bucket": "250 mm"})
+        >>> [one.mass for one in live.weighings] == [one.mass for one in whole.weighings]
+        True
+    """
+
+    @by_kind
+    def __init__(
+        self,
+        machine: str | Path | Machine,
+        unit: str | None = None,
+        *,
+        at: Mapping[str, Quantity] | None = None,
+        scale: Scale | None = None,
+        inclination: Quantity = 0.0,
+    ) -> None:
+        scene = scene_of(machine, unit, inclination)
+        self._scene = replace(scene, others=Others(held=held_at(scene.machine, at or {})))
+        lifting = self._scene.machine.unit(self._scene.unit)
+        self.scale = described_scale(lifting, self._scene.weight) if scale is None else scale
+        self._live = LiveLifts(self._scene)
+        self._found: list[Plain] = []
+        self._weighings: tuple[Weighing, ...] = ()
+        self._known: tuple[str, ...] = ()
+
+    @by_kind
+    def step(self, time: Quantity, sensors: Mapping[str, Sensor]) -> Weighing | None:
+        """Take what sensors said last.
+
+        Args:
+            time: of their sample [s]; one that is not after the one before is passed over.
+            sensors: of the units, by their names, after their `step`: of the one that lifts, and of others that have
+                one; the same at each step.
+
+        Returns:
+            The last weighing, where this sample has completed it or made it better: lowering the same load is averaged
+            with lifting it.
+
+        Raises:
+            DescriptionError: the unit that lifts has no sensor, or a sensor does not say how well it knows the load.
+            UnknownNameError: the mechanism has no such unit.
+        """
+        now = read_input(time, "s", "time")
+        if not self._known or tuple(sensors) != self._known:
+            self._check(sensors)
+        return self._after(self._live.step(now, sensors))
+
+    def finish(self) -> Weighing | None:
+        """Weigh the motion that has not ended yet, where no more samples come; returns as `step`."""
+        return self._after(self._live.finish())
+
+    @property
+    def weighings(self) -> tuple[Weighing, ...]:
+        """All of them, in order."""
+        return self._weighings
+
+    def _after(self, found: list[Plain]) -> Weighing | None:
+        """The last weighing, where motions that have ended changed it."""
+        if not found:
+            return None
+        self._found += found
+        before, after = self._weighings, tuple(weighed(self._found, self.scale, self._scene.other_strokes))
+        self._weighings = after
+        is_new = bool(after) and (len(after) > len(before) or after[-1].direction != before[-1].direction)
+        return after[-1] if is_new else None
+
+    def _check(self, sensors: Mapping[str, Sensor]) -> None:
+        """Refuse sensors that this machine cannot be weighed with."""
+        if self._known:
+            allowed = ", ".join(self._known)
+            raise DescriptionError("are others than before", key="sensors", value=", ".join(sensors), allowed=allowed)
+        for name, one in sensors.items():
+            known_unit(self._scene.machine, name)
+            check_kind(one, f"sensors {name}", (VirtualSensor,))
+            if _AGE not in one.outputs:
+                raise DescriptionError("does not say how old its load is", key=f"sensors {name}", allowed="kalman")
+        if self._scene.unit not in sensors:
+            raise DescriptionError("lack the unit that lifts", key="sensors", allowed=self._scene.unit)
+        self._known = tuple(sensors)

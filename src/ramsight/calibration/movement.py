@@ -11,8 +11,7 @@ import numpy as np
 from ramsight.arrays import Array
 from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.profile import Duty, constant, trapezoid_moves
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import integrate, outputs
+from ramsight.engine.run import Outcome, integrate, outputs
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import CircuitModel
 from ramsight.plant.limits import limits_of

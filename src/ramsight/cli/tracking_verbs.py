@@ -333,8 +333,8 @@ def _overlaid(
     from ramsight.api.plotting import look_of
     from ramsight.optional import check_extra
     from ramsight.output import check_apart, check_figure, check_table
+    from ramsight.tracking.compared_figure import overlay_figure, write_overlay
     from ramsight.tracking.figures import verbatim
-    from ramsight.tracking.overlay_figure import overlay_figure, write_overlay
 
     figure, width, style = drawn
     check_table(out)

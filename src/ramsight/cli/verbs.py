@@ -18,7 +18,6 @@ from ramsight.cli import (
     comparing_verbs,
     exporting_verbs,
     history_verbs,
-    look_verbs,
     machine_verbs,
     simulation_verbs,
     tracking_verbs,
@@ -156,7 +155,7 @@ SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
         calibration_verbs.commission,
     ),
     "Deploy": (bus_verbs.encoder, exporting_verbs.fmeda),
-    "Look on": (look_verbs.demo, look_verbs.studio),
+    "Look on": (machine_verbs.demo, machine_verbs.studio),
 }
 """Verbs by what they are for, as the help lists them; groups of verbs join theirs in `GROUPS`."""
 FIGURES = (

@@ -16,7 +16,7 @@ import casadi as ca
 
 from ramsight.control import drive_watch, homing, moving
 from ramsight.control.activity import STOPS, Activity, ActivityState, Event, fail, follow
-from ramsight.control.actuation import Actuation
+from ramsight.control.actuation import Actuation, Tuning
 from ramsight.control.decision import Sample, Wish
 from ramsight.control.drive_watch import Declaration, Report, Verdict, WatchState
 from ramsight.control.homing import Homing
@@ -25,7 +25,6 @@ from ramsight.control.orders import OUTPUTS, STOPPED_BY, Inputs, LastOrder, Orde
 from ramsight.control.sensing import Sensed, reliance_on, sensed_at, smoothed_temperature
 from ramsight.control.thresholds import LARGEST_NUMBER, NO_PLACE, STANDSTILL_ROUNDING, STOPPING_TIME
 from ramsight.control.trajectory import Limits
-from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.engine.recursion import Recursion, recursion_of

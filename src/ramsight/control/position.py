@@ -14,13 +14,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ramsight.control.activity import ACTIVITIES, STOPS, Activity, Event, after
-from ramsight.control.actuation import Actuation
+from ramsight.control.actuation import Actuation, Tuning
 from ramsight.control.block import VERDICTS, Notice, position_block
 from ramsight.control.homing import end_stop
 from ramsight.control.orders import Ask, Reason
 from ramsight.control.thresholds import NO_ORDER
 from ramsight.control.trajectory import Limits
-from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.duty.simulate import SAMPLE_PERIOD

@@ -11,10 +11,9 @@ from ramsight.deploy.c_sensor import SensorSource, golden_source, inputs_of, sen
 from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.c_text import headings, indented, template
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
-from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.golden import SAMPLES, Array, faulty_day
-from ramsight.deploy.profiles import Profile
+from ramsight.deploy.profiles import ControlOptions, Profile
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine

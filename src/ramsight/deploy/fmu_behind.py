@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.c_text import template
-from ramsight.deploy.fmu_variable import NOTHING, PERIOD, UNKNOWN, Variable
+from ramsight.deploy.fmu_units import NOTHING, PERIOD, UNKNOWN, Variable
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE, Verdict

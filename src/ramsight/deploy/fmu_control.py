@@ -6,7 +6,7 @@ from ramsight.control.block import Block
 from ramsight.control.orders import Ask
 from ramsight.deploy.c_control import control_source
 from ramsight.deploy.fmu_behind import Behind
-from ramsight.deploy.fmu_variable import UNKNOWN, Variable
+from ramsight.deploy.fmu_units import UNKNOWN, Variable
 from ramsight.plant.unit import HydraulicUnit
 
 _ASKED = "0: stop, 1: go to the target, 2: steer, 3: visit the end stop of lowering, 4: of lifting, 5: leak test"

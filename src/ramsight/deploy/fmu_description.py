@@ -8,8 +8,7 @@ from xml.sax.saxutils import quoteattr
 from ramsight._version import __version__
 from ramsight.deploy.c_function import literal
 from ramsight.deploy.fmu_model import FmuModel
-from ramsight.deploy.fmu_units import BASE, DISPLAY
-from ramsight.deploy.fmu_variable import ENUMERATIONS, Variable
+from ramsight.deploy.fmu_units import BASE, DISPLAY, ENUMERATIONS, Variable
 
 _HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 TOOL = f"ramsight {__version__}"

@@ -14,8 +14,7 @@ from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.c_step import field_of
 from ramsight.deploy.c_text import template
 from ramsight.deploy.fmu_behind import Behind
-from ramsight.deploy.fmu_units import parameter_unit, usual_sizes
-from ramsight.deploy.fmu_variable import NOTHING, PERIOD, UNKNOWN, Variable
+from ramsight.deploy.fmu_units import NOTHING, PERIOD, UNKNOWN, Variable, parameter_unit, usual_sizes
 from ramsight.deploy.sensor_words import titled_meaning
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import pieces

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ramsight.drawing import part_symbols, valve_symbols
+from ramsight.drawing import part_symbols
 from ramsight.drawing.shapes import Symbol
 from ramsight.errors import DescriptionError
 from ramsight.plant.accumulator import Accumulator
@@ -64,19 +64,19 @@ def _element(part: Any, *, one_way: bool) -> Element:
         case Pump():
             return Element(part.name, "pump", part_symbols.pump(reversible=not one_way), _two(part), _pump_words(part))
         case ReliefValve():
-            return Element(part.name, "relief valve", valve_symbols.relief(), _two(part), (f"{_bar(part.setting)}",))
+            return Element(part.name, "relief valve", part_symbols.relief(), _two(part), (f"{_bar(part.setting)}",))
         case CheckValve():
-            symbol = valve_symbols.check(spring=part.cracking_pressure > 0.0)
+            symbol = part_symbols.check(spring=part.cracking_pressure > 0.0)
             return Element(part.name, "check valve", symbol, _two(part), _cracking(part))
         case PilotCheckValve():
             ends = {**_two(part), "pilot": part.pilot}
             words = (f"ratio {part.pilot_ratio:g} : 1", *_cracking(part))
-            symbol = valve_symbols.pilot_check(spring=part.cracking_pressure > 0.0)
+            symbol = part_symbols.pilot_check(spring=part.cracking_pressure > 0.0)
             return Element(part.name, "pilot check valve", symbol, ends, words)
         case SafetyValve():
             ends = {"inlet": part.pump_side, "outlet": part.cylinder_side}
             way = "opens to lower" if part.commanded else "held open"
-            return Element(part.name, "safety valve", valve_symbols.safety(), ends, (way,))
+            return Element(part.name, "safety valve", part_symbols.safety(), ends, (way,))
         case Hose():
             words = (f"{part.length:.3g} m, ø {part.diameter * 1e3:.3g} mm",)
             return Element(part.name, "hose", part_symbols.hose(), _two(part), words)
@@ -85,9 +85,9 @@ def _element(part: Any, *, one_way: bool) -> Element:
             return Element(part.name, "orifice", part_symbols.orifice(), _two(part), (f"{at:.3g} l/min at 1 bar",))
         case DirectionalValve():
             ends = {key: getattr(part, key) for key in ("port_a", "port_b", "pump_port", "tank_port")}
-            symbol = valve_symbols.directional()
+            symbol = part_symbols.directional()
             if isinstance(part, MeteringValve):
-                ends["pilot"], symbol = part.load_line, valve_symbols.metering()
+                ends["pilot"], symbol = part.load_line, part_symbols.metering()
             return Element(part.name, "directional valve", symbol, ends, ("drawn at command 1",))
         case Accumulator():
             words = (f"{part.volume * 1e3:.3g} l", f"{_bar(part.precharge)} abs.")

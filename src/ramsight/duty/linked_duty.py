@@ -15,8 +15,7 @@ from ramsight.duty.dry import refuse_dry
 from ramsight.duty.profile import Profile, all_corners, constant, held_corners, rates
 from ramsight.duty.recorded import Owner, Recorded, Signal, computed
 from ramsight.duty.simulate import SAMPLE_PERIOD, check_temperature
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments, integrate, outputs
+from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Outcome, Segments, integrate, outputs
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import WARMING
 from ramsight.plant.linkage import angles

@@ -16,8 +16,7 @@ from ramsight.duty.live_energy import EnergyAccount, LiveEnergy
 from ramsight.duty.profile import constant
 from ramsight.duty.simulate import SAMPLE_PERIOD, audited_circuit, check_temperature
 from ramsight.engine.equation import OdeModel
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import Segments, integrate, outputs
+from ramsight.engine.run import Outcome, Segments, integrate, outputs
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import Audited, is_pressure
 from ramsight.plant.linked import LinkedMachine, start_state

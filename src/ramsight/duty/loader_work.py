@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ramsight.arrays import Array
-from ramsight.duty.one_way import as_driven
+from ramsight.duty.plan import as_driven
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of

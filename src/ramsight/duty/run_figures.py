@@ -15,7 +15,7 @@ from ramsight.duty.profile import Duty
 from ramsight.engine.batch import Job, Sampled, Summaries, sampled
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import compile_outputs
-from ramsight.engine.outcome import Outcome
+from ramsight.engine.run import Outcome
 from ramsight.plant.circuit import CircuitModel
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import ReliefValve

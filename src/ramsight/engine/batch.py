@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from ramsight.arrays import Array
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import compile_lanes
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments
+from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Outcome, Segments
 from ramsight.system import processors
 
 _CHUNK = 1024  # runs that are held in memory at once, for all threads together

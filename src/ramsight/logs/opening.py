@@ -35,12 +35,11 @@ from ramsight.logs.clock_watch import ClockWatch, warn_of_watched
 from ramsight.logs.counter import BESIDE, Unwrapped
 from ramsight.logs.csv_table import check_columns
 from ramsight.logs.frames import EXTENDED
-from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance, inspect_command
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, standard_map, to_si_of
 from ramsight.logs.resample import Resampler
 from ramsight.logs.source import Source, TableSource
-from ramsight.logs.source_by_suffix import open_source
+from ramsight.logs.source_by_suffix import open_frames, open_source
 from ramsight.logs.source_can import CanSource
 from ramsight.signals import Dataset, Signal, Signals
 from ramsight.units import FREEZING

@@ -20,10 +20,10 @@ from ramsight.logs.can_origins import Origins
 from ramsight.logs.can_pdo import pdo_fields
 from ramsight.logs.clock_watch import ClockWatch, warn_of_watched
 from ramsight.logs.frames import EXTENDED
-from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance, check_file
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import Offered, Source
+from ramsight.logs.source_by_suffix import open_frames
 
 _AT_ONCE = 1 << 15  # frames that are wanted
 _WIDEST = 64

@@ -15,10 +15,10 @@ from ramsight.machine.description import Unit
 from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.signals import Dataset
-from ramsight.study.commissioning import log_checks, sensor_checks
+from ramsight.study.commissioning import log_checks
 from ramsight.study.commissioning.changes import Change, table_text
 from ramsight.study.commissioning.finding import Finding, Verdict
-from ramsight.study.commissioning.sensor_checks import identified, requirement
+from ramsight.study.commissioning.log_checks import identified, requirement
 from ramsight.study.commissioning.wrong_values import WrongValue, description
 
 STEPS = EVALUATIONS + 2
@@ -119,8 +119,8 @@ def walk(
     stands = abs(float(good["motor_speed"].values[-1])) < _STANDING
     known, wrong = description(described, unit, good, track, test, truth)
     required = requirement(track, asked, unit.cylinder.stroke, list if wrong else mending)
-    stopped, learned = sensor_checks.stops(track, unit), sensor_checks.learned(track)
-    sure = sensor_checks.confidence(track, stands, unit.cylinder.stroke)
+    stopped, learned = log_checks.stops(track, unit), log_checks.learned(track)
+    sure = log_checks.confidence(track, stands, unit.cylinder.stroke)
     if wrong is not None:
         learned = replace(learned, verdict=Verdict.OPEN, remedy=_CORRECT)
         sure, required = (_of_a_wrong_description(one) for one in (sure, required))
@@ -130,7 +130,7 @@ def walk(
         why = "there is no measured position" if truth is None else _CORRECT
         found.append(Finding("data sheet", Verdict.OPEN, why))
         return Commissioning(unit.name, tuple(found), log, track, test, wrong_value=wrong)
-    found.append(sensor_checks.truth(track))
+    found.append(log_checks.truth(track))
     sheet, identification = _sheet(unit, good, truth, advance)
     return Commissioning(unit.name, (*found, *sheet), log, track, test, identification)
 

@@ -23,7 +23,7 @@ from ramsight.signals import Dataset
 from ramsight.study.datasheet.cluster import run
 from ramsight.study.datasheet.linear import Linear, linear_budget, nominal_run
 from ramsight.study.datasheet.measuring import SETTLED, TAUGHT
-from ramsight.study.datasheet.sobol import Indices, indices
+from ramsight.study.datasheet.statistics import Indices, indices
 from ramsight.study.datasheet.study_plan import Plan
 from ramsight.study.datasheet.tracks_of_many import Run
 

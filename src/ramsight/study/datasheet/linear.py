@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ramsight.arrays import Array
-from ramsight.engine.outcome import Outcome
+from ramsight.engine.run import Outcome
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import parameter_values
 from ramsight.sensor.virtual_sensor import VirtualSensor

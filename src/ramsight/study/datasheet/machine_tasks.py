@@ -19,8 +19,7 @@ from ramsight.duty.simulate import SAMPLE_PERIOD, check_commands, check_temperat
 from ramsight.engine.batch import Job, sampled
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import compile_outputs
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import DEFAULT_RTOL, Segments
+from ramsight.engine.run import DEFAULT_RTOL, Outcome, Segments
 from ramsight.plant.build import build
 from ramsight.plant.circuit import CircuitModel, parameter_values
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state

@@ -57,7 +57,7 @@ class Plan:
 
     @cached_property
     def _cube(self) -> Array:
-        from ramsight.study.datasheet.sobol import saltelli
+        from ramsight.study.datasheet.statistics import saltelli
 
         return saltelli(len(self.quantities), self.saltelli, self.seed)
 
