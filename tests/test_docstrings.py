@@ -84,6 +84,14 @@ def test_numbers_have_their_units_in_the_docstring(name):
     assert without_unit(FUNCTIONS[name]) == []
 
 
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_list_of_arguments_is_whole_in_the_reference(name):
+    """Elsewhere it has what name and type of an argument do not say."""
+    said = described(inspect.getdoc(FUNCTIONS[name]) or "")
+    asked = {one for one in inspect.signature(FUNCTIONS[name]).parameters if one not in ("self", "cls")}
+    assert not said or asked <= said.keys()
+
+
 def test_a_number_without_its_unit_is_seen():
     def area(bore: float, rod: float, share: float) -> float:
         """Something.

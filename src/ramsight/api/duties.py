@@ -220,10 +220,6 @@ def with_names(load: Loads, names: Mapping[str, float]) -> Sequence[Quantity]:
 def check_loads(unit: HydraulicUnit, loads: Sequence[Quantity]) -> None:
     """Refuse a plain number that is a load in kN rather than in N: next to nothing, and a load in kN.
 
-    Args:
-        unit: that carries it.
-        loads: as they were passed; text has its unit.
-
     Raises:
         DescriptionError: it is one.
     """
@@ -253,7 +249,6 @@ class _Reader:
 
     Args:
         machine: the unit, or what `build` makes one of; a file is read once.
-        unit: name of the unit, if the machine has several.
     """
 
     def __init__(self, machine: AnyUnit, unit: str | None) -> None:

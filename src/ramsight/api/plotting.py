@@ -106,7 +106,6 @@ def look_of(width: float | str | None, style: str, *, is_drawn: bool = True) -> 
 
     Args:
         width: [m], or text; None for that of the screen.
-        style: one of `LOOKS`.
         is_drawn: whether there is a picture of a run or a track, which alone has them.
 
     Raises:

@@ -255,8 +255,6 @@ def varied(machine: AnyUnit, unit: str | None, vary: Vary) -> Varied:
     """Machines that differ in some values, in the order of the values.
 
     Args:
-        machine: the machine; as a description, a name or a file where values of the description vary.
-        unit: name of the unit, if the machine has several.
         vary: values of each machine by name: a factor of `AsBuilt`, or a key of the unit's description.
 
     Raises:

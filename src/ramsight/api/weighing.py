@@ -231,7 +231,6 @@ def learned_scale(scene: Scene, taught: Sequence[tuple[float, Sequence[Plain]]])
     What is lowered teaches where it is the same mass: an empty tool, or a load that was not dumped.
 
     Args:
-        scene: the machine.
         taught: masses [kg], each with lifts of it.
 
     Raises:

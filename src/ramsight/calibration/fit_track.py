@@ -404,13 +404,7 @@ def _hats(x: Array, knots: Array) -> Array:
 
 
 def _fitted(model: _Model, change: Array, spread: Array) -> FittedValues:
-    """What was found, with intervals from its curvature, widened where the residuals are larger than assumed.
-
-    Args:
-        model: around the change.
-        change: what was found.
-        spread: standard deviation of the draws' changes, where that is larger.
-    """
+    """What was found, with intervals from its curvature, widened where the residuals are larger than assumed."""
     count = len(model.prior)
     data, jacobian = model.residuals(change)[count:], model.slopes(change)
     worse = max(float(np.sum(data**2)) / max(_independent(model) - count, 1.0), 1.0)

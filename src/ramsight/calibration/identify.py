@@ -129,11 +129,7 @@ class Identification:
 
 
 def judged_by(unit: HydraulicUnit) -> dict[str, float]:
-    """How far each factor may be from the data sheet's, by what the sensor assumes of the machine.
-
-    Args:
-        unit: as its data sheet has it.
-    """
+    """How far each factor may be from the data sheet's, by what the sensor assumes of the machine."""
     assumed = unit.assumptions.machine
     return {
         "leak": UNUSUAL * assumed.leak,

@@ -104,11 +104,7 @@ def opening_time_in_steps(opening_time: float, period: float) -> float:
 
 
 class Circuit:
-    """A unit's circuit, ready to run along records.
-
-    Args:
-        unit: its parts, as the data sheet has them, whatever its circuit.
-    """
+    """A unit's circuit, ready to run along records."""
 
     def __init__(self, unit: HydraulicUnit) -> None:
         self.unit, self.limits = unit, limits_of(unit)

@@ -72,12 +72,7 @@ def summary(found: Identification) -> str:
 
 
 def words_of(name: str, estimate: Estimate) -> str:
-    """A factor with its interval, for the source of a value.
-
-    Args:
-        name: of `FACTORS`.
-        estimate: of it.
-    """
+    """A factor with its interval, for the source of a value."""
     text = f"{WORDS[name]} {_number(name, estimate.value)} (95 %: {_ends(name, estimate)}"
     if math.isfinite(estimate.as_described):
         text += f"; ± {estimate.as_described:.4f} if the pumps' no-load torque is as described"
@@ -185,9 +180,6 @@ def map_with(text: str, known: ChannelMap, torque: Torque, curve: SensorCurve | 
 
     Args:
         text: of the map, with a table ``current`` or a curve to be found.
-        known: the map.
-        torque: what was found.
-        curve: of the position's sensor, if it was looked for.
 
     Returns:
         The text with another `torque_constant`, `saturation` and `curve`; everything else as it was.

@@ -146,7 +146,6 @@ def per_kelvin(oil: Oil, temperature: float) -> float:
     Leakage through gaps is in inverse proportion to the viscosity (eq. 10).
 
     Args:
-        oil: of the unit.
         temperature: as reported [K].
     """
     return float(oil.viscosity(temperature + 1.0) / oil.viscosity(temperature)) - 1.0
@@ -171,11 +170,7 @@ def _stretches(unit: HydraulicUnit, log: Signals) -> list[Stretch]:
 
 
 class ClosedPump:
-    """The torque of a unit whose piston does not move: all that its pumps deliver is leakage.
-
-    Args:
-        unit: its parts, as the data sheet has them.
-    """
+    """The torque of a unit whose piston does not move: all that its pumps deliver is leakage."""
 
     def __init__(self, unit: HydraulicUnit) -> None:
         self.unit, self.limits, self._balance = unit, limits_of(unit), balance_of(with_friction_factor(unit))

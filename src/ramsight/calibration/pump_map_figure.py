@@ -24,10 +24,6 @@ _COLOURS = ("#2a6f97", "#c8401e", "#e9b44c", "#1f2a36", "#8a94a0", "#5a8f5a")
 def pump_map_figure(unit: HydraulicUnit, path: str | Path) -> None:
     """Draw the tables of a unit's pumps and write the picture: points as measured, lines as the laws interpolate.
 
-    Args:
-        unit: the unit.
-        path: .png, .svg or .pdf.
-
     Raises:
         DescriptionError: no pump of the unit has a table.
         OutputError: the picture cannot be written.
@@ -92,8 +88,6 @@ def movement_figure(movement: MovementTable, title: str, path: str | Path) -> No
 
     Args:
         movement: the table, as `ramsight.calibration.sensors.calibrated` makes it.
-        title: above the picture.
-        path: .png, .svg or .pdf.
 
     Raises:
         OutputError: it cannot be written.
@@ -113,7 +107,6 @@ def draw_movement(figure: Any, movement: MovementTable) -> None:
     """Draw a table into a figure: a curve for each oil temperature and direction.
 
     Args:
-        figure: a `matplotlib.figure.Figure`.
         movement: the table; where no load of it opened the relief valve, none is marked.
     """
     axes = figure.add_subplot()

@@ -28,10 +28,8 @@ def cache_file(
     """Where a unit's table is kept; its name changes with the unit's laws and values, the settings and the method.
 
     Args:
-        unit: the unit.
         motor_speed: magnitude [rad/s].
         temperatures: [K].
-        loads: how many.
     """
     model = circuit(unit)
     settings = [motor_speed, np.asarray(temperatures).tolist(), loads, DEFAULT_RTOL, METHOD, FORMAT]
@@ -77,9 +75,6 @@ KINDS = ("kalman", "balance", "table")
 
 def check_kind_of_sensor(kind: str) -> None:
     """Refuse a kind of sensor that there is not.
-
-    Args:
-        kind: as `sensor_for`'s.
 
     Raises:
         UnknownNameError: it is none, and no sensor file.

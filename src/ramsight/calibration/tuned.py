@@ -30,11 +30,6 @@ def changes(machine: Machine, unit: str, known: MachineKnowledge) -> dict[str, t
     Leakage is written as the volumetric efficiency that the pump has left, wear like an orifice's as its flow at the
     nominal pressure, friction and bulk moduli in proportion; of a pump with a table the table's efficiencies change.
     What the log does not tell is left alone. How well a factor is known is what the sensor assumes from then on.
-
-    Args:
-        machine: the description.
-        unit: the unit's name.
-        known: what was found of it.
     """
     described = machine.unit(unit)
     factors = {name: one for name, one in known.factors.items() if one.identified}

@@ -321,13 +321,7 @@ def _overlaid(
     """Several logs laid over each other.
 
     Args:
-        machine: that they are of.
-        unit: of it.
-        logs: two at least.
         asked: what is at 0 s, and at which instants to read.
-        options: of `ramsight.track`.
-        out: the table.
-        drawn: the figure's file, width and style.
     """
     from ramsight.api.overlaying import overlay
     from ramsight.api.plotting import look_of

@@ -92,10 +92,7 @@ def offer(to: typer.Typer, verb: Callable[..., Any], name: str | None = None, *,
     """Offer a verb with its docstring as help, in which each example has a line of its own that can be copied.
 
     Args:
-        to: the group that gets it.
-        verb: the function.
         name: what it is called there; by default as the function, with hyphens.
-        alone: it is what the group does by itself.
     """
     # \b makes Click leave the lines of a paragraph as they are.
     text = re.sub(r"((?:^Example: .*\n*)+)\Z", _examples, inspect.getdoc(verb) or "", flags=re.MULTILINE)

@@ -128,7 +128,6 @@ def follow(now: ActivityState, events: Sequence[tuple[Activity | None, Event, Co
     """Go where the table leads.
 
     Args:
-        now: the activity.
         events: that may happen: in which activity (None: in any), and whether they do.
 
     Raises:
@@ -146,7 +145,6 @@ def fail(now: ActivityState, reasons: Mapping[R, Condition], ramp: Real) -> Acti
     """Stop, unless the cylinder stops already.
 
     Args:
-        now: the activity.
         reasons: to stop, and whether they hold; the first one that does counts.
         ramp: with which the motor comes to rest [rad/s2].
     """

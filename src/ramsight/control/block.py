@@ -280,10 +280,8 @@ def _speed(stops: Flag, ramp: Scalar, wishes: Sequence[tuple[Flag, Real]], now: 
     """The next motor speed [rad/s]: what the activity asks for, within the largest change; in a stop, to standstill.
 
     Args:
-        stops: whether the cylinder stops.
         ramp: of the motor's speed then [rad/s2].
         wishes: of each activity, whether it is the one, and its motor speed [rad/s].
-        now: the sample.
     """
     wish: Real = scalar(0.0)
     for active, speed in wishes:

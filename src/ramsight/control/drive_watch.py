@@ -181,9 +181,6 @@ def look(state: WatchState, declared: Declaration, report: Report, command: Real
     """The state after a sample, and what was found.
 
     Args:
-        state: before it.
-        declared: what the drive may do.
-        report: of the sample.
         command: the speed that was asked for until now [rad/s].
     """
     drive = followed_by(state.declared, declared.response, declared.period, command)

@@ -57,9 +57,6 @@ def repeats(count: int, noise: float, step: float, off: float = 0.0) -> float:
     """Probability that a steady value is reported as often again as it was just now [1].
 
     Args:
-        count: repeats, one or more.
-        noise: standard deviation before it is rounded.
-        step: to which it is rounded, in the same unit.
         off: by which the value is off the middle of a step, in the same unit.
 
     Example:

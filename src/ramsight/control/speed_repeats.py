@@ -78,11 +78,7 @@ def look(
     """The state after a report, and whether it is one too many of a run.
 
     Args:
-        state: before it.
-        when: whether there is a report to look at.
         speed: reported [rad/s].
-        command: what the command does.
-        enough: repeats that are too many for the declared noise.
         period: of the samples [s].
     """
     same = all_of(when, speed == state.current.speed)

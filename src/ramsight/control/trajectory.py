@@ -134,8 +134,6 @@ def advanced(
     """The way after a sample.
 
     Args:
-        way: before it.
-        limits: of the cylinder.
         stroke: [m].
         acceleration: largest now [m/s2].
         target: where to [m].

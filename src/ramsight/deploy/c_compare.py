@@ -12,13 +12,7 @@ from ramsight.tracking.comparing import Verdict, comparison_graph
 
 
 def comparison_source(unit: HydraulicUnit, prefix: str, machine: str) -> dict[str, str]:
-    """Header and body of the comparison, text by file name.
-
-    Args:
-        unit: the unit.
-        prefix: of all names, the sensor's.
-        machine: the machine's name, for the comments.
-    """
+    """Header and body of the comparison, text by file name."""
     recursion = comparison_graph()
     graph = recursion.graph
     step = ca.Function(

@@ -26,14 +26,7 @@ from ramsight.sensor.quantity import Quantity
 
 
 def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str) -> SensorSource:
-    """Header and body of a control.
-
-    Args:
-        block: the control.
-        unit: the unit.
-        prefix: of all names, as its sensor's.
-        machine: the machine's name, for the comments.
-    """
+    """Header and body of a control."""
     macro = prefix.upper()
     common = headings(prefix, machine, f"Position control of the {unit.name}") | {"states": len(block.recursion.state)}
     header = template(
@@ -94,7 +87,6 @@ def golden_control(source: SensorSource, rows: Any, said: NDArray[np.float64], f
     """The same with a recorded run and the program that compares.
 
     Args:
-        source: header and body.
         rows: inputs, shape (samples, inputs).
         said: motor speed [rad/s], activity and stop that was pressed [m], shape (samples, 3).
         fastest: largest motor speed [rad/s].

@@ -177,7 +177,6 @@ def golden_samples(sensor: VirtualSensor, unit: HydraulicUnit) -> tuple[Array, A
 
     Args:
         sensor: the `kalman` sensor of the unit; it is started.
-        unit: the unit.
 
     Returns:
         Samples, shape (samples, 5 and more) as `faulty_day` has them; position [m], its standard deviation [m],
@@ -241,12 +240,6 @@ def _table(measured: list[Footprint], compiler: str | None) -> str:
 
 def build_files(names: Iterable[str], prefix: str, machine: str, unit: str) -> dict[str, str]:
     """Build files of an exported folder, text by name.
-
-    Args:
-        names: of the folder's files.
-        prefix: of the names in the C; the library's name.
-        machine: the machine's name.
-        unit: the unit's name.
 
     Example:
         >>> files = build_files(["a.h", "a.c", "a_test.c"], "a", "press", "ram")

@@ -43,10 +43,7 @@ def statements(
     """The lines of a function's body.
 
     Args:
-        function: the SX function.
-        read: the term of an input's element, by argument and nonzero.
         write: the statement that gives an output's element its value; all stand behind everything that is read.
-        dialect: how operations are written.
     """
     graph = graph_of(instructions(function))
     graph = graph.reordered(side_by_side(graph))
@@ -82,13 +79,7 @@ def statements(
 
 
 def result_kinds(graph: Graph, read: Callable[[int, int], Term], dialect: Dialect) -> dict[tuple[int, int], str]:
-    """Kinds of a function's results, without the text of their statements.
-
-    Args:
-        graph: of the function.
-        read: as of `statements`.
-        dialect: the same.
-    """
+    """Kinds of a function's results, without the text of their statements."""
     terms: list[Term] = []
     for node in graph.nodes:
         if node.code == ca.OP_INPUT:
@@ -106,9 +97,7 @@ def moved_inputs(
     """Inputs that are results elsewhere than where they stand: they may be written over before they are read.
 
     Args:
-        graph: of the function.
         written: results that are a new value or what stood in their place (`written_if`).
-        kept: of an output the input that it is written over.
     """
     values = {written[place][1] if place in written else node for place, node in graph.results}
     return {k for k in values if graph.nodes[k].code == ca.OP_INPUT and graph.nodes[k].place[0] in kept.values()}
@@ -116,10 +105,6 @@ def moved_inputs(
 
 def written_if(graph: Graph, kept: Mapping[int, int]) -> dict[tuple[int, int], tuple[int, int, bool]]:
     """Results that are a new value or what stood in their place already, and are nothing's operand.
-
-    Args:
-        graph: of the function.
-        kept: of an output the input that it is written over.
 
     Returns:
         Of their places the condition, the new value, and which way the condition has to be for it.
@@ -144,10 +129,7 @@ def array_function(name: str, function: ca.Function, dialect: Dialect, *, output
     """An SX function as `static void NAME(inputs, outputs)` on arrays of `real`.
 
     Args:
-        name: of the C function.
         function: the SX function; an output `b_new` is written to the argument `b` plus `outputs_end`.
-        dialect: how operations are written.
-        outputs_end: what makes an output's name differ from an input's.
 
     Example:
         >>> x = ca.SX.sym("x", 2)

@@ -56,13 +56,7 @@ def initializer(table: MachineTable, prefix: str) -> str:
 
 
 def table_header(table: MachineTable, prefix: str, name: str) -> str:
-    """A header with the table of a machine.
-
-    Args:
-        table: its numbers.
-        prefix: of the exported C's names.
-        name: of the machine, as C has it.
-    """
+    """A header with the table of a machine."""
     guard = f"{prefix}_{name}_MACHINE_H".upper()
     return (
         f"/* The numbers of {name}, for {prefix}_of(). Pass it before init, start or resume. */\n"

@@ -56,10 +56,6 @@ def sensor_source(
     """Header and body of a sensor.
 
     Args:
-        sensor: the `kalman` sensor of the unit.
-        unit: the unit.
-        prefix: of all names.
-        machine: the machine's name, for the comments.
         single: reals are floats by default.
         tabled: the machine's numbers are a table that the sensor is handed, not constants.
         longest: statements of a function, nearly; checkers whose time grows faster than a function take short ones.
@@ -138,7 +134,6 @@ def golden_source(
     """The same with golden samples and the program that runs them.
 
     Args:
-        source: header and body.
         inputs: time, motor speed, torque, oil temperature, reference (NaN: none) and `further`, shape (samples, 5 and
             more).
         outputs: position, standard deviation, velocity, load and status, shape (samples, 5).
@@ -184,22 +179,14 @@ def _outputs(sensor: VirtualSensor, prefix: str) -> Iterator[str]:
 
 
 def unit_table(sensor: VirtualSensor) -> str:
-    """Inputs and outputs with their units, a row each of a Markdown table.
-
-    Args:
-        sensor: the `kalman` sensor of the unit.
-    """
+    """Inputs and outputs with their units, a row each of a Markdown table."""
     rows = [(f"in.{name}", *said) for name, said in input_words(sensor).items()]
     rows += [(f"out.{name}", *said) for name, said in output_words(sensor).items()]
     return "\n".join(f"| `{name}` | {unit} | {words} |" for name, unit, words in rows)
 
 
 def input_words(sensor: VirtualSensor) -> dict[str, tuple[str, str]]:
-    """Unit and meaning of each input, in the order in which C has them.
-
-    Args:
-        sensor: the `kalman` sensor of the unit.
-    """
+    """Unit and meaning of each input, in the order in which C has them."""
     return {
         "time": ("s", "of any clock; only differences count"),
         "motor_speed": ("rad/s", "positive extends"),
@@ -211,11 +198,7 @@ def input_words(sensor: VirtualSensor) -> dict[str, tuple[str, str]]:
 
 
 def output_words(sensor: VirtualSensor) -> dict[str, tuple[str, str]]:
-    """Unit and meaning of each output, in the order in which C has them; of the status, where to look.
-
-    Args:
-        sensor: the `kalman` sensor of the unit.
-    """
+    """Unit and meaning of each output, in the order in which C has them; of the status, where to look."""
     return {
         name: (sensor.units.get(name, ""), "see below" if name == "status" else meaning(name))
         for name in sensor.recursion.outputs
@@ -223,12 +206,7 @@ def output_words(sensor: VirtualSensor) -> dict[str, tuple[str, str]]:
 
 
 def machine_table(sensor: VirtualSensor, prefix: str) -> MachineTable:
-    """The numbers of a sensor's machine, as the C that `sensor_source` writes with `tabled` takes them.
-
-    Args:
-        sensor: the `kalman` sensor of the unit.
-        prefix: of the C's names.
-    """
+    """The numbers of a sensor's machine, as the C that `sensor_source` writes with `tabled` takes them."""
     return _tabled_step(sensor, prefix, tabled=True)[1]
 
 

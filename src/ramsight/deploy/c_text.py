@@ -25,13 +25,7 @@ def asset(path: str) -> str:
 
 
 def headings(prefix: str, machine: str, title: str) -> dict[str, object]:
-    """What every template of a header or body is filled with.
-
-    Args:
-        prefix: of all names.
-        machine: the machine's name.
-        title: what it is the C of.
-    """
+    """What every template of a header or body is filled with."""
     return {"p": prefix, "P": prefix.upper(), "version": __version__, "machine": machine, "title": title}
 
 

@@ -109,10 +109,7 @@ def library(compiler: str, files: Mapping[str, str], target: Path, *options: str
     """Compile C files into one shared library; what the same compiler made of the same files before is taken again.
 
     Args:
-        compiler: its path.
         files: text by name; all `.c` are compiled.
-        target: the library.
-        options: further ones.
     """
     key = key_of("library", _identity(compiler), options, files)
     found = read_kept(key)
@@ -134,10 +131,6 @@ def footprint(compiler: str, folder: Path, prefix: str, *, single: bool, optimis
     """Compile and run the golden samples of an exported folder, and measure; the same C is measured once by a compiler.
 
     Args:
-        compiler: its path.
-        folder: the exported folder; nothing is written there.
-        prefix: of the names in it.
-        single: with floats.
         optimised: ``-O2`` or ``-Os``.
     """
     options = [optimised, "-fstack-usage", f"-D{prefix.upper()}_FLOAT={int(single)}"]
@@ -155,13 +148,7 @@ def footprint(compiler: str, folder: Path, prefix: str, *, single: bool, optimis
 
 
 def control_footprint(compiler: str, folder: Path, prefix: str) -> ControlFootprint:
-    """Compile and run the golden samples of an exported control, and measure; nothing is written into the folder.
-
-    Args:
-        compiler: its path.
-        folder: the exported folder.
-        prefix: of the names in it.
-    """
+    """Compile and run the golden samples of an exported control, and measure; nothing is written into the folder."""
     name, options = f"{prefix}_control", ["-O2"]
     key = key_of("control-footprint", _identity(compiler), _texts(folder), name, options)
     if (found := read_kept(key)) is not None:

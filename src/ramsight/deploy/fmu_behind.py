@@ -58,13 +58,7 @@ _VERDICT = Variable("verdict", "verdict", "output", "", "what both sensors say t
 
 
 def comparison_behind(unit: HydraulicUnit, prefix: str, machine: str) -> Behind:
-    """The comparison with a real sensor.
-
-    Args:
-        unit: the unit.
-        prefix: of the C's names, the sensor's.
-        machine: the machine's name, for comments.
-    """
+    """The comparison with a real sensor."""
     text = {
         "p": f"{prefix}_compare",
         "stroke": f"{unit.cylinder.stroke:g}",

@@ -24,14 +24,7 @@ _COMMANDED = (
 
 
 def control_behind(block: Block, unit: HydraulicUnit, prefix: str, machine: str) -> Behind:
-    """A position control.
-
-    Args:
-        block: the control.
-        unit: its unit.
-        prefix: of the C's names, the sensor's.
-        machine: the machine's name, for comments.
-    """
+    """A position control."""
     of = f"{prefix}_control"
     orders = "".join(f"  order.{v.name} = m->real[{v.name.upper()}];\n" for v in _ORDERS)
     sensed = f"  {of}_inputs order;\n  {of}_sense(&order, &m->memory.sensor, &in, &out);\n{orders}"

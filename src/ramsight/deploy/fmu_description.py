@@ -77,14 +77,7 @@ def _start(v: Variable) -> str | None:
 
 
 def description_2(model: FmuModel, identifier: str, token: str, sources: Sequence[str]) -> str:
-    """modelDescription.xml of FMI 2.0.
-
-    Args:
-        model: the model.
-        identifier: of the model; the binary's name.
-        token: the GUID.
-        sources: the C files to compile.
-    """
+    """modelDescription.xml of FMI 2.0."""
     variables = model.variables
     lines = [
         f"<fmiModelDescription{_attributes(fmiVersion='2.0', modelName=identifier, guid=token)}"

@@ -66,15 +66,7 @@ _TIME = Variable("time", "real", "independent", "s", "time")
 def sensor_model(
     unit: HydraulicUnit, prefix: str, machine: str, behind: Behind | None = None, *, tabled: bool = False
 ) -> FmuModel:
-    """The `kalman` sensor of a unit, and what stands behind it.
-
-    Args:
-        unit: its parts.
-        prefix: of the C's names.
-        machine: the machine's name, for comments.
-        behind: a control or a comparison, if it has one.
-        tabled: the machine's numbers are parameters.
-    """
+    """The `kalman` sensor of a unit, and what stands behind it."""
     sensor = kalman(unit)
     source = sensor_source(sensor, unit, prefix, machine, single=False, tabled=tabled)
     numbers = source.table.numbers if tabled and source.table else {}
@@ -167,12 +159,7 @@ def _output(name: str, sensor: VirtualSensor) -> str:
 
 
 def plant_model(unit: HydraulicUnit, machine: str) -> FmuModel:
-    """The simulated unit, with its solver.
-
-    Args:
-        unit: its parts, of any circuit.
-        machine: the machine's name, for comments.
-    """
+    """The simulated unit, with its solver."""
     model = circuit(unit)
     ode = model.ode
     functions, sizes = pieces(ode)

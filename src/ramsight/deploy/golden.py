@@ -53,10 +53,8 @@ def faulty_day(
     """A work day with a fault of each kind again and again, and a reference after each round.
 
     Args:
-        unit: the unit, as its data sheet has it.
         duration: of the day [s].
         every: time from one round of faults to the next [s], at least 25; None for a day without faults.
-        seed: of moves, loads and noise.
         real: the unit as it is; by default its data sheet.
         further: what else the sensor takes, for columns after these: commands, and pressures without noise.
 

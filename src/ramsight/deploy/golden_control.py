@@ -27,11 +27,9 @@ class Recording:
     """Python's control around a simulated unit, with what it was asked for at every sample.
 
     Args:
-        unit: the unit.
         block: the control that is compared; its limits, period and declared drive are those of the run.
         start: where the rod is, over the stroke [1].
         load: on it, over the load at relief pressure [1].
-        known: whether the sensor starts at the known position.
 
     Attributes:
         loop: plant, drive, sensor and control.
@@ -142,12 +140,7 @@ class Recording:
 
 
 def golden_run(unit: HydraulicUnit, block: Block) -> Recording:
-    """All that an exported control does: moves, a hand, a changing load, a visit, a lost drive, a lost sensor.
-
-    Args:
-        unit: the unit.
-        block: the control that is exported.
-    """
+    """All that an exported control does: moves, a hand, a changing load, a visit, a lost drive, a lost sensor."""
     run, speed = Recording(unit, block), block.by.limits.speed
     run.go_on(0.3)
     run.send(0.5, wait=True)

@@ -25,8 +25,6 @@ def write_parameters(machine: Machine, unit: str, out: str | Path, *, what: str 
     """Write a machine's numbers.
 
     Args:
-        machine: the machine.
-        unit: name of its unit.
         out: `.ssv` for an FMU of FMI 2.0 or 3.0; `.h` for the C of a sensor.
         what: ``sensor`` (that was exported with its numbers as a table) or ``plant``.
 

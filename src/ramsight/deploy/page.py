@@ -64,10 +64,6 @@ SHOWN = (
 def write_page(out: str | Path, *, advance: Callable[[int], object] = lambda count: None) -> int:
     """Write the page, whole or not at all.
 
-    Args:
-        out: the file, `.html`.
-        advance: called with 1 for each of `SHOWN` that is done.
-
     Returns:
         Its size [bytes].
 

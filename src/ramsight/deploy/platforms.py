@@ -64,9 +64,6 @@ def binaries(files: Mapping[str, str], identifier: str, fmi: int, names: Iterabl
 
     Args:
         files: sources, text by name; all `.c` are compiled.
-        identifier: of the model.
-        fmi: version of FMI.
-        names: of `PLATFORMS`.
 
     Raises:
         CompilerError: the package ziglang is missing, or its compiler refuses the C.
@@ -89,9 +86,6 @@ def binaries(files: Mapping[str, str], identifier: str, fmi: int, names: Iterabl
 
 def zig_for(use: str) -> str:
     """The path of the C compiler zig.
-
-    Args:
-        use: what it is needed for, as the message begins.
 
     Raises:
         CompilerError: the package ziglang is missing.

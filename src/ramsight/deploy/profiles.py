@@ -53,9 +53,6 @@ class Profile(Enum):
     def sensor(self, unit: HydraulicUnit) -> VirtualSensor:
         """A unit's sensor.
 
-        Args:
-            unit: its parts, and what it declares.
-
         Raises:
             DescriptionError: the profile is for machines whose ends are sure, and the unit's are not.
         """
@@ -63,9 +60,6 @@ class Profile(Enum):
 
     def kinds(self, unit: HydraulicUnit) -> tuple[Kind, ...]:
         """The hypotheses that a unit's sensor weighs.
-
-        Args:
-            unit: with what it declares of its stops.
 
         Raises:
             DescriptionError: the profile is for machines whose ends are sure, and the unit's are not.

@@ -188,13 +188,8 @@ def write_ssp(
     """Write a package of a unit's plant with its sensor, or with the control that drives it.
 
     Args:
-        machine: the machine.
-        unit: name of its unit.
-        out: the file, `.ssp`.
         control: how a control drives; None for the sensor alone.
         fmi: version of the FMUs, 2 or 3.
-        platforms: as `write_fmu`.
-        compiler: as `write_fmu`.
 
     Raises:
         DescriptionError: there is no such sensor or version.

@@ -125,11 +125,6 @@ def write_wasm(
 def wasm_of(sensor: VirtualSensor, unit: HydraulicUnit, machine: str) -> CompiledWasm:
     """A sensor's C compiled to a module without imports.
 
-    Args:
-        sensor: the `kalman` sensor of the unit.
-        unit: the unit.
-        machine: the machine's name.
-
     Raises:
         CompilerError: the package ziglang is missing, or its compiler refuses the C.
     """

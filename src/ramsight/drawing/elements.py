@@ -35,7 +35,6 @@ def elements(unit: HydraulicUnit, notes: Mapping[str, str]) -> tuple[Element, ..
     """The parts of a unit, but for drive, cylinder and rigid volumes, as elements.
 
     Args:
-        unit: the unit.
         notes: a word for parts by name, such as the model of a pump; it stands before the values.
 
     Raises:

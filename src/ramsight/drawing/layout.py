@@ -40,7 +40,6 @@ def drawn(unit: HydraulicUnit, title: str | None = None, notes: Mapping[str, str
     """Draw a unit's circuit.
 
     Args:
-        unit: the unit.
         title: above it; by default the unit's name.
         notes: a word more for parts by name, such as the model of a pump, or the number of cylinders.
 

@@ -60,11 +60,7 @@ def cylinder(
     """A double-acting cylinder that lies, its ports below; rods in their true proportion to the bore.
 
     Args:
-        port_a: where the piston side's port is along it.
-        port_b: where the rod side's is.
-        rod: diameter over the bore's.
         rod_a: of a second rod through the A side; 0 for none.
-        cushions: whether there are end cushions on side A and side B.
     """
     half, left, right = 0.5 * BARREL, port_a - 30.0, port_b + 30.0
     piston = left + 0.42 * (right - left)

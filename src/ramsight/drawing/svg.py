@@ -40,7 +40,6 @@ def text(sheet: Sheet, sections: Mapping[str, str] | None = None) -> str:
     Groups of parts have the id ``part-NAME`` and the class of their kind, lines of nodes ``data-node``.
 
     Args:
-        sheet: the drawing.
         sections: by part, what it leads to: such a part is a button with that as ``data-section``, and no part has an
             id. None for a picture.
     """
@@ -128,8 +127,6 @@ def paint(axes: Axes, sheet: Sheet, *, width: float | None = None) -> None:
     """Draw a sheet into axes that fill a figure.
 
     Args:
-        axes: matplotlib's.
-        sheet: the drawing.
         width: of the figure [inch], by which lines and words are scaled; by default that of the sheet on paper.
     """
     left, top, right, bottom = sheet.box

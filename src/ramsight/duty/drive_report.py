@@ -142,9 +142,6 @@ class DriveReport:
 def usual_report(unit: HydraulicUnit) -> DriveReport:
     """That of a usual CANopen drive, its torque no noisier and in no larger steps than the unit declares.
 
-    Args:
-        unit: the unit; a small one has a small drive.
-
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.build import build
@@ -215,7 +212,6 @@ def further_report(how: DriveReport, true: Callable[[str], Array]) -> dict[Chann
     """What is reported beside speed, torque and temperature.
 
     Args:
-        how: it is reported.
         true: signals as they are, by their names in runs, each (samples,): `time` [s], `motor_speed` [rad/s],
             `motor_torque` [N m], `position` [m], `pressure_a` and `pressure_b` [Pa]; called for those that are needed.
     """
@@ -322,7 +318,6 @@ def declared_power(unit: HydraulicUnit, seed: int) -> PowerReport | None:
     """The power that a unit declares, gain and losses drawn from what is declared; None if it declares none.
 
     Args:
-        unit: the unit.
         seed: of gain, losses and noise; the same seed gives the same drive.
     """
     assumed = unit.assumptions.power

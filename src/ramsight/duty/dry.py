@@ -13,7 +13,6 @@ def refuse_dry(ode: OdeModel, time: Array, state: Array) -> None:
     """Refuse a run in which a pump or a valve draws from a node that has no oil left (`plant.oil.torn_volume`).
 
     Args:
-        ode: the equation.
         time: of the states [s], shape (samples,).
         state: shape (samples, states).
 

@@ -20,9 +20,7 @@ class LiveFurther:
     """Further signals of one unit.
 
     Args:
-        unit: the unit; it declares which there are.
         period: of the samples [s].
-        seed: of noise, and of what sensors are off by.
 
     Example:
         >>> from ramsight import machine

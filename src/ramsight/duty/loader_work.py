@@ -141,12 +141,10 @@ def loader_work(
     """Work of a loader's cylinder, other than any before with each seed.
 
     Args:
-        unit: the unit that works.
         kind: a name of `USES`.
         oil_temperature: [K].
         duration: time after which no further cycle begins [s].
         start_position: [m]; by default a fifth of the stroke above the lowered end.
-        seed: the same seed gives the same work.
 
     Example:
         >>> from ramsight import machine

@@ -151,7 +151,6 @@ def lifting(
     """One lift of each mass; the other units stand still at half their strokes.
 
     Args:
-        machine: with a mechanism that has a payload.
         masses: in order [kg].
         unit: that lifts; by default the mechanism's first.
         oil_temperature: of all units [K].

@@ -67,12 +67,7 @@ class LiveReading:
 
 
 def declared_readings(unit: HydraulicUnit, seed: int) -> dict[Further, ReadingReport]:
-    """The sensors that a unit declares, by their channels, with offsets drawn from what is declared.
-
-    Args:
-        unit: the unit.
-        seed: of offset and noise; the same seed gives the same sensors.
-    """
+    """The sensors that a unit declares, by their channels, with offsets drawn from what is declared."""
     found = {}
     for k, channel in enumerate(READINGS):
         assumed = getattr(unit.assumptions, channel.declared)
@@ -136,12 +131,7 @@ class LiveLink:
 
 
 def declared_link(unit: HydraulicUnit, seed: int) -> LinkReport | None:
-    """The sensor that a unit declares, with an offset drawn from what is declared; None if it declares none.
-
-    Args:
-        unit: the unit.
-        seed: of offset and noise; the same seed gives the same sensor.
-    """
+    """The sensor that a unit declares, with an offset drawn from what is declared; None if it declares none."""
     assumed = unit.assumptions.link_angle
     if assumed.std == 0.0 or unit.lever is None:
         return None

@@ -73,14 +73,7 @@ def figures_of(
     """Do runs on all cores and keep their figures; samples of a few dozen runs a thread are in memory at a time.
 
     Args:
-        unit: one that has the circuit.
-        model: its audited equation.
-        works: the runs, taken as they are needed.
-        keep: keys of `FIGURES`.
         period: distance of the samples that torque and power are taken from [s].
-        rtol: relative tolerance.
-        threads: how many; by default one for each core that this process may use.
-        advance: called with the number of runs done since the last call.
     """
     names = [name for one in FIGURES if one in set(keep) for name in FIGURES[one]]
     threads = threads or processors()

@@ -19,7 +19,6 @@ def run_cautions(run: Recorded, max_torque: float, load_at_relief: float) -> tup
     """What an engineer would look at twice in a run: torque that no motor has, a load that nothing holds, torn oil.
 
     Args:
-        run: a run.
         max_torque: that the motor has [N m]; an ideal drive gives whatever is asked for.
         load_at_relief: load that the relief valve carries [N].
 

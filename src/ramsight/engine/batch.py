@@ -57,13 +57,7 @@ def batches(
     However many jobs there are, only some thousand are in memory.
 
     Args:
-        model: the equations.
-        jobs: the runs, taken as they are needed.
-        rtol: relative tolerance.
         tolerance_scale: factor on the states' absolute tolerances.
-        max_steps: steps after which a run is abandoned.
-        threads: how many; by default one for each core that this process may use.
-        advance: called now and then with the number of runs done since the last call.
     """
     loop = compile_lanes(model).integrate_lanes
     threads = threads or processors()
@@ -113,12 +107,9 @@ def sampled(
     All samples are in memory. What a run gives does not depend on the runs beside it.
 
     Args:
-        model: the equations.
-        jobs: the runs.
         period: distance of the samples [s].
         rtol: relative tolerance; the absolute ones are the states' own times `tolerance_scale`.
         tolerance_scale: factor on the states' absolute tolerances.
-        max_steps: steps after which a run is abandoned.
     """
     loop = compile_lanes(model).integrate_lanes
     atol = np.array([np.inf if s.integral else s.tolerance * tolerance_scale for s in model.states])

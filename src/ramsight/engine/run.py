@@ -92,16 +92,11 @@ def integrate(
     """Integrate a model from `initial` through all segments with Rodas4.
 
     Args:
-        model: the equations.
         initial: states at the start, shape (states,).
-        segments: inputs and parameters.
         sample_time: times [s] at which states are wanted, increasing, within the segments.
         rtol: relative tolerance; the absolute ones are the states' own times `tolerance_scale`.
         tolerance_scale: factor on the states' absolute tolerances.
         max_step: largest step [s].
-        max_steps: steps after which the run is abandoned.
-        record_steps: keep the states after every accepted step.
-        advance: called now and then with the simulated seconds since the last call.
 
     Returns:
         The trajectory, also when the run failed: look at its outcome.

@@ -38,12 +38,7 @@ class Forward:
         return list(_blocks(len(self.inputs)))
 
     def rows(self, number: int, beyond: int = 0) -> Array:
-        """A block again: what the sensor says and the trace (`Tracer.rows`).
-
-        Args:
-            number: of the block.
-            beyond: how many samples after it as well, where there are any.
-        """
+        """A block again: what the sensor says and the trace (`Tracer.rows`)."""
         span = self.blocks()[number]
         return self.tracer.rows(self.inputs[span.start : span.stop + beyond], self.states[number].copy())
 
@@ -60,12 +55,8 @@ def gone_through(
     """A log by the sensor.
 
     Args:
-        tracer: the sensor.
         inputs: of the log, shape (samples, inputs).
         time: of its samples [s].
-        begun: the sensor's state before it; stays as it is.
-        names: of the sensor's outputs that are kept.
-        advance: is passed the share of the log that was done since the last call.
     """
     states, innovations, log_weight, by_start = [begun.copy()], Innovations(), np.empty(0), 0
     said = {name: np.empty(len(inputs)) for name in names}

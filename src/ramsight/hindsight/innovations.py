@@ -53,9 +53,7 @@ class Innovations:
         """Take those of consecutive samples.
 
         Args:
-            first: place of the first sample in the log.
             time: of the samples [s].
-            aside: what is traced of them.
         """
         names = ("accepted", "rejected", "put_back", "normal", "moved")
         accepted, rejected, put_back, normal, moved = (aside[name] for name in names)

@@ -79,12 +79,9 @@ def looked_back(
     """Where the piston was, by all that a log says.
 
     Args:
-        tracer: the sensor of the log's machine.
         pieces: of the log, one at least, in order.
         state: of the sensor before it, by name.
         names: of the sensor's outputs that are kept beside those of the position; None for all.
-        advance: is passed the share of a way through the log that was done since the last call, forward and backward,
-            of each pass.
     """
     advance = advance or silent
     order = tracer.sensor.recursion.state
@@ -159,9 +156,6 @@ def _learned(smoothed: Smoothed, tracer: Tracer, log_weight: Array) -> dict[str,
 
 class Recalled:
     """A log that was looked back at, for what takes a sensor that follows it piece by piece.
-
-    Args:
-        back: the log by all that it says.
 
     Attributes:
         outputs: names of what is said of each sample.

@@ -57,8 +57,6 @@ def backward(trace: Trace, ahead: Ahead, stroke: float) -> tuple[Smoothed, Ahead
     """The hypotheses in all samples of a trace but the last one, of which it is known.
 
     Args:
-        trace: of consecutive samples.
-        ahead: of the last of them.
         stroke: of the cylinder [m].
 
     Returns:

@@ -133,11 +133,7 @@ class Tracer:
 
     @classmethod
     def of(cls, unit: HydraulicUnit) -> Tracer:
-        """Of a unit's sensor, as it was kept or made.
-
-        Args:
-            unit: that it watches.
-        """
+        """Of a unit's sensor, as it was kept or made."""
         sensor = kept_sensor("traced", unit, _traced)
         return cls(sensor, _layout_of(sensor), unit)
 
@@ -164,7 +160,6 @@ class Tracer:
         An error of an entered start is in every sample until a place is measured (`Bank.placed` adds it there).
 
         Args:
-            rows: of consecutive samples.
             unknown: variance of the position in each by what changed unknown [m2], shape (samples, 2): before a
                 measurement, and after it.
         """

@@ -82,15 +82,7 @@ def add_logs(
     """Follow the logs that the store does not have, and keep their records.
 
     Args:
-        store: of records.
-        place: of the unit's description in it.
-        following: makes records of them.
-        files: of the logs.
         at: when the log begins, of a single one [s since 1970].
-        client: of Dask distributed; None for threads of this process.
-        threads: how many; by default one for each core that this process may use.
-        advance: is passed the number of files that are done since the last call.
-        say: is passed a line on each record.
     """
     records, known, refused = [], [], []
 

@@ -133,7 +133,6 @@ def assessed(histories: Sequence[History], limits: Mapping[str, float] | None = 
     """Assess histories, and each among its sisters.
 
     Args:
-        histories: of units.
         limits: of quantities, by name, over the description's [1].
 
     Raises:

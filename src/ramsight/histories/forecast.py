@@ -61,9 +61,7 @@ def forecasts(found: Trend, times: Array, records: Array, spans: Array, limit: A
     """The dates of some series.
 
     Args:
-        found: their trends.
         times: of the last records [s since 1970].
-        records: how many say something of each.
         spans: time from the first to the last of these [s].
         limit: of each level [1]; NaN where there is none.
         way: 1 where the level reaches the limit from below, -1 from above.
@@ -78,9 +76,6 @@ def passed(found: Trend, k: int, limit: float, way: float, ahead: Array) -> Arra
     """Probability that the limit is passed, at times after the last record [1].
 
     Args:
-        found: trends.
-        k: which series.
-        limit: of its level.
         way: 1 from below, -1 from above.
         ahead: times [years].
     """

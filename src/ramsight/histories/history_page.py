@@ -41,12 +41,7 @@ a { color: inherit; }
 
 
 def fleet_page(found: Sequence[Assessed], title: str) -> str:
-    """The page.
-
-    Args:
-        found: the machines.
-        title: of the page.
-    """
+    """The page."""
     order = sorted(range(len(found)), key=lambda k: _urgency(found[k]))
     head = ("machine", "leakage of the data sheet's", "a year", "trend", "state", "limit")
     rows = [_row(found[k], k) for k in order]
@@ -243,12 +238,7 @@ _LEAST = 3  # records of a quantity that is drawn
 
 
 def history_figure(one: Assessed, path: str | Path) -> None:
-    """Draw what each log says, the trends with their bands of 95 %, limits, events and steps.
-
-    Args:
-        one: the machine.
-        path: .png, .svg or .pdf.
-    """
+    """Draw what each log says, the trends with their bands of 95 %, limits, events and steps."""
     with needing("figures"):
         import matplotlib as mpl
         from matplotlib.dates import AutoDateLocator, ConciseDateFormatter

@@ -83,11 +83,6 @@ def likeliest(found: Trend, known: Bools, jumps: Bools) -> tuple[Bools, Array, A
 
     The factor is the mean over all places: nobody knows before where a step is. The last record alone cannot tell a
     step from an odd record; then it is the record.
-
-    Args:
-        found: the trend without it.
-        known: where a record says something.
-        jumps: where there is a step already.
     """
     records = np.arange(len(known))[:, None]
     first = np.where(known.any(axis=0), known.argmax(axis=0), len(known))

@@ -48,7 +48,6 @@ class Aligner:
     """Puts blocks of samples onto the clock of the base channel; what it needs of earlier blocks it keeps.
 
     Args:
-        base: the channel whose samples are the log's.
         holds: each channel that is held, the base among them, and for how long [s].
         events: channels whose values count once, at the first sample of the base that comes with them or after
             them, and for how long they wait for it [s].
@@ -61,9 +60,6 @@ class Aligner:
 
     def push(self, block: Block) -> dict[str, Array]:
         """Take a block.
-
-        Args:
-            block: samples by channel; a channel without any may be absent.
 
         Returns:
             ``time`` [s] and a column for each held channel and each event, all of one length.

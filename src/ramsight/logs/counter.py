@@ -41,9 +41,6 @@ class Unwrapped:
     """A shaft's angle without jumps, in the place of its numbers.
 
     Args:
-        channel: the counter's.
-        counted: what the map states of it.
-        scale: of its numbers, by the map.
         speed: factor and offset of the speed beside it to rad/s, None without one.
 
     Attributes:
@@ -59,11 +56,6 @@ class Unwrapped:
 
     def over(self, blocks: Iterator[Block], factor: float, offset: float) -> Iterator[Block]:
         """The blocks with the angle [rad] for the numbers of the role ``speed``; all of them are read first.
-
-        Args:
-            blocks: of the log.
-            factor: of the file's numbers, with the sign.
-            offset: of them after that.
 
         Raises:
             LogError: the numbers do not say how far the shaft went.

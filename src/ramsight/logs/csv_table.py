@@ -29,11 +29,6 @@ class CsvTable:
     Cells are separated by commas, or by semicolons or tabs with a decimal comma or point. A row of units may stand
     under the header: it is one if its cell in the first column is a unit of time, and it is passed over.
 
-    Args:
-        path: the file, compressed with gzip if its name ends in ``.gz``.
-        advance: is passed how much of the file has been read.
-        size: bytes read at once.
-
     Attributes:
         file: the file as messages name it.
         units: of the columns as the row of units has them, "" without one.
@@ -112,7 +107,6 @@ class CsvTable:
         """The rows, once. A last line that breaks off in the middle of a row is left out, with a warning.
 
         Args:
-            wanted: names of columns that are there.
             gaps: those among them in which a cell may hold no number: empty, ``nan``, ``inf`` and words such as ``N/A``
                 read as NaN.
             stamps: columns that together are a date and a time of day, or one of the two.
@@ -235,9 +229,6 @@ def read_columns(
     and blank lines at the end are fine.
 
     Args:
-        path: the file.
-        needed: columns that must be there.
-        optional: columns that are read if they are there.
         gaps: those among them in which a cell may hold no number, which reads as NaN.
 
     Returns:
@@ -257,11 +248,6 @@ def read_columns(
 
 def read_timed(path: str | Path, needed: Sequence[str], optional: Sequence[str] = ()) -> dict[str, Array]:
     """Columns of a CSV file over the time in its column ``time_s``, as `read_columns` reads them.
-
-    Args:
-        path: the file.
-        needed: columns that must be there beside the time.
-        optional: columns that are read if they are there.
 
     Returns:
         As `read_columns`, with the times [s], which increase.
@@ -294,8 +280,6 @@ def check_increasing(time: Array, column: str, file: str) -> None:
 
     Args:
         time: times as read [s], shape (n,).
-        column: name of their column.
-        file: the file they were read from.
 
     Raises:
         LogError: a time is not above the one before it; names the line.
@@ -314,10 +298,6 @@ MOST_AFTER = 60
 
 def is_after_table(rows: Sequence[Sequence[str]], names: Sequence[str]) -> bool:
     """Whether lines are a summary: each is blank, the header, or begins with a word; and there is one with text.
-
-    Args:
-        rows: the cells of each line.
-        names: of the columns.
 
     Example:
         >>> is_after_table([[""], ["Min", "0", "1"]], ["t", "n", "M"]), is_after_table([["0.5", "x"]], ["t", "n"])

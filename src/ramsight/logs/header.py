@@ -90,8 +90,6 @@ def units_row(line: str, separator: str, *, strict: bool = True) -> list[str] | 
     """The units in a line, brackets taken off, if it is a row of units: no numbers, and a unit of time first.
 
     Args:
-        line: the line.
-        separator: between its cells.
         strict: whether the first unit is one of time; else any unit in it makes it a row of units.
 
     Example:

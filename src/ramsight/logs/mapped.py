@@ -329,8 +329,6 @@ def to_si_of(
         unit: for example ``1/min``, ``degC``, ``percent``.
         role: a key of `SI`.
         rated: what 100 % is [SI], for a share.
-        file: where the unit stands, for the message.
-        key: its key there.
 
     Raises:
         DescriptionError: the unit is no unit of this quantity, or a share of nothing.

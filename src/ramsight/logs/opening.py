@@ -165,9 +165,7 @@ def measured_signals(
     position's sensor, the position is that of the piston, not what was read.
 
     Args:
-        path: the file.
         channel_map: with `measured.position`, `measured.pressure_a` or `measured.pressure_b`.
-        advance: is passed the share of the file that was read since the last call.
 
     Returns:
         Over the same ``time`` [s] as the log: ``position`` [m], ``pressure_a``, ``pressure_b`` [Pa], as far as named;
@@ -417,8 +415,6 @@ def check_temperature(kelvin: Array, file: str, channel: str) -> None:
 
     Args:
         kelvin: temperatures [K], shape (n,).
-        file: where they stand.
-        channel: what they are called there.
 
     Raises:
         LogError: half of them or more are beyond what oil can have.

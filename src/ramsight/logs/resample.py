@@ -24,7 +24,6 @@ class Resampler:
     Args:
         period: of the new samples [s].
         unknown: spans in which the angle in the column of the speed is not known [s]; None where it is a speed.
-        newest: columns whose newest value counts.
     """
 
     def __init__(

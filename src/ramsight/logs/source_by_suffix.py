@@ -19,11 +19,6 @@ _SCOPE = Format(CSV.name, CSV.suffixes, "source_scope", "ScopeSource")
 def open_source(path: str | Path, file_map: ChannelMap | None = None, advance: Advance | None = None) -> Source:
     """The source for a file, by its suffix; of a table by its header too.
 
-    Args:
-        path: the file.
-        file_map: its channel map, if there is one.
-        advance: is passed how much of the file has been read.
-
     Raises:
         LogError: the suffix is unknown, or the package that reads it is not installed.
     """
@@ -68,10 +63,6 @@ def open_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fr
     """The frames of a log, in order, by the file's suffix: BLF, ASC, TRC, candump, BUSMASTER, MDF or a table.
 
     A file that breaks off is read as far as it goes, with a warning.
-
-    Args:
-        path: the file.
-        advance: is passed how much of the file has been read.
 
     Raises:
         LogError: the file cannot be read, is damaged, or holds no frames; with the place.

@@ -44,7 +44,6 @@ class CanSource(Source):
 
     Args:
         file_map: with DBC files or PDOs; None to count frames only.
-        advance: is passed how much of the file has been read.
 
     Attributes:
         seen: frames by identifier after reading, bit 31 set for an extended one, with the longest one's bytes.

@@ -49,10 +49,6 @@ def alone(machine: Machine, unit: str, name: str) -> Machine:
 def minimal(machine: Machine, name: str = "my-machine") -> str:
     """Write a description with what is needed alone.
 
-    Args:
-        machine: whose values stand in it.
-        name: the name of the new machine.
-
     Returns:
         TOML text.
 

@@ -93,7 +93,6 @@ def read_spread(text: Any, declared: Quantity, centre: float | None) -> Spread:
     Args:
         text: ``"± 0.02"``, ``"± 5 %"`` (of the value, unless the value itself is a share), perhaps with a value before
             it and a distribution behind it; without one the limits are all that is known, and it is uniform.
-        declared: of the value.
         centre: the value [SI]; None if the text has to have it.
 
     Raises:

@@ -54,7 +54,6 @@ def rows_text(columns: Sequence[tuple[str, Column]], formats: Mapping[str, str])
     r"""Rows of a CSV file as UTF-8 text.
 
     Args:
-        columns: name and values of each, all of one length.
         formats: for columns of floats, a format such as ``"%.12g"`` in the place of the decimals.
 
     Example:

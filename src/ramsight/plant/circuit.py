@@ -197,9 +197,6 @@ class Circuit:
         """Add a volume flow from one node to another.
 
         Args:
-            name: of the part.
-            source: node that it leaves.
-            target: node that it comes to.
             flow: that leaves the source [m3/s].
             arriving: volume flow that comes to the target, where its density is another one [m3/s]; the same without.
         """
@@ -367,8 +364,6 @@ def parameter_values(model: CircuitModel, oil: Oil, tank_pressure: float, parts:
     """Values of a model's parameters for other parts of the same circuit, without a new equation.
 
     Args:
-        model: of the circuit.
-        oil: the other oil.
         tank_pressure: absolute [Pa].
         parts: the other parts; their names and options are those of the model's.
 
@@ -396,11 +391,7 @@ def join(name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, au
     """Join parts at their nodes into one equation.
 
     Args:
-        name: for messages.
-        oil: the oil in it.
         tank_pressure: absolute [Pa].
-        parts: the parts.
-        audited: carry energy and volume integrals.
     """
     circuit = Circuit(oil, tank_pressure)
     for part in parts:

@@ -83,12 +83,7 @@ def build_linked(machine: Machine) -> LinkedMachine:
 
 
 def linked_model(machine: LinkedMachine, *, audited: bool = False) -> LinkedModel:
-    """The machine as an equation.
-
-    Args:
-        machine: the machine.
-        audited: carry the integrals of the energy and volume audit.
-    """
+    """The machine as an equation."""
     parameters = Parameters()
     mechanism = moving(machine.mechanism, parameters)
     found = mechanism.equations
@@ -171,8 +166,6 @@ def start_state(
     """States of the machine at rest: each unit's held chamber carries what the mechanism puts on it.
 
     Args:
-        machine: the machine.
-        model: its equation.
         positions: of the cylinders, by unit [m].
         payload: [kg].
         tip_force: on the tip, forward and up [N].

@@ -25,10 +25,6 @@ _SPEED, _TEMPERATURE = 50 * math.pi, 313.15  # 1500 rpm and 40 °C
 def machine_summary(machine: Machine, only: str | None = None) -> RenderableType:
     """Tables of what follows from a description, a unit at a time.
 
-    Args:
-        machine: the machine.
-        only: name of the one unit to show; all if omitted.
-
     Raises:
         UnknownNameError: there is no such unit.
         DescriptionError: the reservoir of a closed circuit is too small, or its precharge too high.

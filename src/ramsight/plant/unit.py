@@ -98,8 +98,6 @@ def reach(parts: Sequence[Part], start: str, through: str) -> frozenset[str]:
     """Nodes that are joined to a node through parts; the tank joins nothing.
 
     Args:
-        parts: the parts of a circuit.
-        start: the node.
         through: attribute that names the nodes that a part joins, or groups of them: "joins" for those with one
             pressure at rest, "passage" for those between which oil passes in normal work.
     """
@@ -137,12 +135,7 @@ def pumped_into(unit: HydraulicUnit, side: str) -> float:
 
 
 def circuit(unit: HydraulicUnit, *, audited: bool = False) -> CircuitModel:
-    """The unit as an equation.
-
-    Args:
-        unit: the unit.
-        audited: carry the integrals of the energy and volume audit.
-    """
+    """The unit as an equation."""
     return join(unit.name, unit.oil, unit.tank_pressure, unit.parts(), audited=audited)
 
 
@@ -154,8 +147,6 @@ def initial_state(
     Friction is not strained; a negative load is carried by the other chamber.
 
     Args:
-        unit: the unit.
-        model: its equation.
         position: [m].
         load: [N].
         motor_speed: of a servo drive [rad/s].

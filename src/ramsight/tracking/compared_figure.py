@@ -35,7 +35,6 @@ def write_compared(both: Dataset, path: str | Path) -> None:
 
     Args:
         both: the track of `ramsight.compare`.
-        path: .csv, .csv.gz or .parquet.
 
     Raises:
         OutputError: it cannot be written.
@@ -57,8 +56,6 @@ def compared_figure(both: Dataset, title: str, path: str | Path) -> None:
 
     Args:
         both: the track of `ramsight.compare`.
-        title: above the picture.
-        path: .png, .svg or .pdf.
     """
     with needing("figures"):
         import matplotlib as mpl
@@ -93,10 +90,6 @@ _DASHES = ("-", "--", ":")
 def write_overlay(runs: Overlay, path: str | Path) -> None:
     """Write all positions, the ends of their bands, differences, and whether bands overlap; a row a sample.
 
-    Args:
-        runs: that are laid over each other.
-        path: .csv, .csv.gz or .parquet.
-
     Raises:
         OutputError: it cannot be written.
     """
@@ -111,14 +104,7 @@ def write_overlay(runs: Overlay, path: str | Path) -> None:
 
 
 def overlay_figure(runs: Overlay, title: str, path: str | Path, look: Look = SCREEN) -> None:
-    """Draw the positions with their bands, the differences with what the bands allow, and where the readings are.
-
-    Args:
-        runs: that are laid over each other.
-        title: above the picture.
-        path: .png, .svg or .pdf.
-        look: its width and style.
-    """
+    """Draw the positions with their bands, the differences with what the bands allow, and where the readings are."""
     with look.context():
         from matplotlib.figure import Figure
 

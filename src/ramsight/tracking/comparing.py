@@ -84,8 +84,6 @@ def compare(
     """One sample of both, and the verdict as a number.
 
     Args:
-        state: before it.
-        sample: by the names of the comparison's inputs.
         settings: of the comparison, by their names.
     """
     time, position, other = sample["time"], sample["position"], sample["other"]

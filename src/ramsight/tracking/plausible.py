@@ -55,7 +55,6 @@ def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:
     """What the drive of a unit can report.
 
     Args:
-        unit: the unit.
         against_stops: whether the rod is known to have been driven against its ends, so that moves are long.
     """
     torques = limits_of(unit)
@@ -82,8 +81,6 @@ def implausible(
 
     Args:
         log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, whole.
-        unit: the unit that the drive turns.
-        channel_map: with which it was read, for the units of its channels.
     """
     known = channel_map or standard_map([])
     seen, limits = Seen(), reportable(unit, against_stops=True)

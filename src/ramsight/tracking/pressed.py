@@ -86,9 +86,6 @@ class Press:
 class Pressed:
     """Presses of a log, collected piece by piece, by one reading of its columns.
 
-    Args:
-        unit: the machine as it is described.
-
     Attributes:
         longest: free move of the rod [strokes].
         speed, torque: 99.5 % of the magnitudes in the liveliest piece are below these, over the highest speed and over
@@ -217,7 +214,6 @@ def _press(torque: Array, turned: Array, samples: int) -> tuple[int, float] | No
     Args:
         torque: positive the way that the motor turns [N m], shape (n,).
         turned: angle of each sample [rad], shape (n,).
-        samples: that a level is sustained for.
     """
     windows = np.lib.stride_tricks.sliding_window_view(torque, samples)
     least, most = windows.min(axis=1), windows.max(axis=1)

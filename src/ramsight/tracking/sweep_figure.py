@@ -37,7 +37,6 @@ def draw_sweep(runs: Dataset, title: str) -> Figure:
 
     Args:
         runs: a Dataset as `ramsight.simulate_many` returns it.
-        title: above the picture.
 
     Raises:
         DescriptionError: no value differs between the runs.

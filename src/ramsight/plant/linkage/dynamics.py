@@ -55,9 +55,7 @@ def equations(mechanism: Mechanism, q: Vector, rates: Vector, payload: Scalar) -
     """A mechanism's equations.
 
     Args:
-        mechanism: with numbers or symbols.
         q: coordinates of the free joints, SX column [rad or m].
-        rates: their rates, SX column.
         payload: [kg].
     """
     poses = mechanism.poses([q[i] for i in range(q.numel())])

@@ -46,12 +46,7 @@ class Moving:
 
 
 def moving(mechanism: Mechanism, parameters: Parameters) -> Moving:
-    """A mechanism with symbols for its coordinates and for what works on it.
-
-    Args:
-        mechanism: with numbers; they become parameters.
-        parameters: where they are added.
-    """
+    """A mechanism with symbols for its coordinates and for what works on it."""
     names, units = mechanism.joints, mechanism.joint_units
     q = ca.vertcat(*(ca.SX.sym(f"joint_{name}") for name in names))
     rates = ca.vertcat(*(ca.SX.sym(f"joint_rate_{name}") for name in names))

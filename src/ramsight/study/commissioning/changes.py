@@ -68,12 +68,7 @@ HEAD = ("over the description", "then", "now", "change", "over its deviation")
 
 
 def changes(kept: Kept, now: Mapping[str, Measured]) -> tuple[Change, ...]:
-    """What both commissionings measured.
-
-    Args:
-        kept: of the earlier one.
-        now: of the later one, over the description that was kept.
-    """
+    """What both commissionings measured."""
     return tuple(Change(name, then, now[name]) for name, then in kept.values.items() if name in now)
 
 

@@ -45,11 +45,7 @@ def commissioning_page(
     """The report of a commissioning: verdict, reasons, every check, what it rests on, the track, room to sign.
 
     Args:
-        done: what was found.
-        title: of the machine and its unit.
         sources: of each file what it is, its name and its SHA-256.
-        channels: of the log.
-        made: when, with its distance from UTC.
 
     Returns:
         HTML that needs no other file.

@@ -109,13 +109,7 @@ def described_as(machine: Machine) -> str:
 def measured(
     track: Dataset | None, test: LeakTest | None, identification: Identification | None
 ) -> dict[str, Measured]:
-    """What a commissioning measured of a machine, over the description that it was judged by.
-
-    Args:
-        track: of the kalman sensor.
-        test: the leak test.
-        identification: what was identified with a measured position.
-    """
+    """What a commissioning measured of a machine, over the description that it was judged by."""
     found = {}
     if test is not None:
         found["leak test"] = Measured(test.factor, math.hypot(test.std, THERMOMETER * test.per_kelvin))
@@ -134,10 +128,6 @@ def over(values: Mapping[str, Measured], tuned: Identification) -> dict[str, Mea
     """The same values over those of the description that was tuned by what was identified.
 
     Where no leakage through gaps was identified, values of the leakage are left out: nothing can be over zero.
-
-    Args:
-        values: of `measured`.
-        tuned: the factors that the tuned description has.
     """
     factor = {name: one.value if one.identified else 1.0 for name, one in tuned.factors.items()}
     factor["compliance"] = 1.0 / factor["stiffness"]
@@ -147,12 +137,5 @@ def over(values: Mapping[str, Measured], tuned: Identification) -> dict[str, Mea
 
 
 def kept_of(machine: Machine, unit: str, made: datetime, values: Mapping[str, Measured]) -> Kept:
-    """What is kept of a commissioning.
-
-    Args:
-        machine: by which the next one is judged.
-        unit: name of the unit.
-        made: when.
-        values: over those of that description.
-    """
+    """What is kept of a commissioning."""
     return Kept(machine.name, unit, made.isoformat(timespec="seconds"), described_as(machine), values)

@@ -45,9 +45,6 @@ class Observation:
 def predicted(unit: HydraulicUnit) -> dict[str, float]:
     """What a unit would show: natural logarithms of the observations, in SI.
 
-    Args:
-        unit: as described.
-
     Example:
         >>> import ramsight
         >>> round(math.exp(predicted(ramsight.build("mining-loader", "boom"))[STROKE]), 3)
@@ -71,8 +68,6 @@ def observed(
     Args:
         unit: as described: where a stop is met, and how much leaks where there is no leak test.
         log: motor_speed [rad/s], motor_torque [N m], oil_temperature [K] over time [s], without gaps.
-        track: of the kalman sensor.
-        leak_test: of the log, if there is one.
         truth: measured position [m] over time [s], if there is one.
     """
     sides = pressing_sides(unit)

@@ -92,13 +92,10 @@ def walk(
     """Look at a log, check after check; where units or signs are wrong the rest is not judged.
 
     Args:
-        unit: as its data sheet has it.
         log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time.
         track_of: gives the track of a log by the kalman sensor, which starts without a position; with `error` [m]
             if there is a truth.
         truth: measured `position` [m] over time, if there is one.
-        channel_map: with which the log was read.
-        advance: is passed how many of `STEPS` are done.
         asked: what the position is required for; None if that is not stated.
         described: the description that the unit was built of; None if there is none.
         mending: what would make the error smaller, the most first; called where the requirement is missed.

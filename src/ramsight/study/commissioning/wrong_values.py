@@ -71,14 +71,7 @@ class Judgement:
 
 
 def judge(name: str, described: Unit, unit: HydraulicUnit, seen: Mapping[str, Observation]) -> Judgement:
-    """Compare a description with the same with one value changed.
-
-    Args:
-        name: of the unit.
-        described: its description.
-        unit: built of it.
-        seen: of `observed`.
-    """
+    """Compare a description with the same with one value changed."""
     base = predicted(unit)
     names = [one for one in seen if one in base]
     if not names:
@@ -175,10 +168,6 @@ def description(
 
     Args:
         described: the description of the unit; None where it was built of something else.
-        unit: built of it.
-        log: without gaps.
-        track: of the kalman sensor.
-        leak_test: of the log, if there is one.
         truth: measured position [m] over time [s], if there is one.
     """
     if described is None:

@@ -96,7 +96,6 @@ def budget_plan(plan: Plan, base: int) -> Plan:
     """The runs that a budget of a study needs.
 
     Args:
-        plan: the study.
         base: base points of the design, a power of two; runs are so many times the quantities and two.
     """
     common, found = 0, None
@@ -124,12 +123,8 @@ def budget(
     """The error budget of a study; correlations are left out of it, because an index has a meaning without them.
 
     Args:
-        plan: the study.
         base: as `budget_plan`'s; 0 for the linear budget alone.
         path: folder of its store; None keeps everything in memory.
-        client: of Dask distributed; None for the threads of this process.
-        threads: how many.
-        advance: called with the number of machines that are done since the last call.
     """
     own = budget_plan(plan, base)
     common, moments = own.common or 0, np.array(own.moments)

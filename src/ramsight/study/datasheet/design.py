@@ -24,10 +24,6 @@ def points(method: str, count: int, dimensions: int, seed: int, first: int = 0) 
     extended. A Latin hypercube is as many as it is made for.
 
     Args:
-        method: one of `METHODS`.
-        count: how many.
-        dimensions: how many quantities vary.
-        seed: the same seed gives the same points.
         first: number of the first one; of a Latin hypercube 0.
 
     Example:
@@ -64,7 +60,6 @@ def correlation_of(quantities: Sequence[Varied], pairs: Mapping[str, float]) -> 
     """The matrix of correlations, shape (quantities, quantities); None where there is none.
 
     Args:
-        quantities: what varies.
         pairs: by two names with a hyphen between; of pairs of which one does not vary nothing is left.
 
     Raises:
@@ -91,8 +86,6 @@ def values_at(cube: Array, quantities: Sequence[Varied], correlation: Array | No
 
     Args:
         cube: shape (points, quantities).
-        quantities: what varies.
-        correlation: of `correlation_of`.
     """
     if correlation is not None:
         with needing("study"):

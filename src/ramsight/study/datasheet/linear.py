@@ -64,11 +64,8 @@ def linear_budget(bench: Bench, quantities: tuple[Varied, ...], moments: Array, 
     """The linear budget of a study.
 
     Args:
-        bench: of the study.
-        quantities: what varies.
         moments: times at which the error counts [s].
         common: number of the machine whose duty and noise it is made for.
-        seed: of the study.
 
     Raises:
         SimulationError: the machine as described does not do the duty.
@@ -93,12 +90,7 @@ def differences(
     """The same by finite differences through machine, drive and sensor, shape (names, moments) [m]; arguments as above.
 
     Args:
-        bench: of the study.
-        quantities: what varies.
-        names: of those that are wanted.
         moments: [s].
-        common: as `linear_budget`'s.
-        seed: of the study.
     """
     all_of_them = tuple(one.name for one in quantities)
     rows, spans = [], []

@@ -127,10 +127,6 @@ def work_through(bench: Bench, order: Order) -> dict[str, Array]:
     """Everything that is kept of the machines of an order, by name; the first dimension is the machine.
 
     Whatever else is in the order, a machine's numbers are the same to the last bit.
-
-    Args:
-        bench: of the study.
-        order: which machines.
     """
     count = len(order.numbers)
     kept = {name: np.full((count, *(size for _, size in dims)), np.nan) for name, dims in SHAPES.items()}

@@ -80,11 +80,7 @@ class Track:
 
 
 def measures(track: Track) -> dict[str, Array | float]:
-    """What is kept of a track; see `SHAPES`.
-
-    Args:
-        track: of a sensor that was started at the known position.
-    """
+    """What is kept of a track; see `SHAPES`."""
     time, visits = track.time, track.visits
     known = track.status < UNUSABLE
     error = track.position - track.true

@@ -246,9 +246,6 @@ def data_sheet(
     """What a study says.
 
     Args:
-        plan: of the study.
-        found: what is kept of its machines.
-        budget: its error budget.
         recorded: recorded machines, as `recorded.held_against` gives them.
     """
     done = found.isel(machine=np.flatnonzero(found["outcome"].values == 0))

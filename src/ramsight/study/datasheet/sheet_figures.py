@@ -23,7 +23,6 @@ def figures(found: Dataset, budget: Budget | None) -> dict[str, tuple[Figure, st
     """All figures of a sheet with their captions, by name.
 
     Args:
-        found: what is kept of the machines.
         budget: the error budget, or None.
     """
     with needing("study"):

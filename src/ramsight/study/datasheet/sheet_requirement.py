@@ -62,13 +62,7 @@ class SheetRequirement:
 
 
 def required(sheet: Sheet, asked: Requirement, mending: list[str]) -> SheetRequirement:
-    """Hold a sheet against a requirement.
-
-    Args:
-        sheet: the data sheet.
-        asked: the requirement; the time from reference to reference is the study's.
-        mending: what would make the error smaller, the most first.
-    """
+    """Hold a sheet against a requirement."""
     return SheetRequirement(asked, sheet.best.quantiles[1].value, sheet.validity.get("ok", 0.0), tuple(mending))
 
 
@@ -100,13 +94,7 @@ MEASURES = (
 
 
 def mending(machine: Machine, study: Plan, known: Budget | None = None) -> list[str]:
-    """Measures that take most of the error's variance, with their share, the largest first.
-
-    Args:
-        machine: its description.
-        study: whose tolerances and sensitivities count.
-        known: the study's budget, where it was made already.
-    """
+    """Measures that take most of the error's variance, with their share, the largest first."""
     found = budget(study, 0, None) if known is None else known
     shares = dict(zip(found.names, found.linear.shares.tolist(), strict=True))
     before = {one.name: one.spread.std for one in study.quantities}
@@ -130,10 +118,7 @@ def held_against(sheet: Sheet, bench: Bench, log: Path, truth: Path) -> dict[str
     """A recorded drive log with its true position, tracked as the sheet's machines are.
 
     Args:
-        sheet: the data sheet.
-        bench: of its study.
         log: a drive log, as `ramsight.logs.read_log` reads it.
-        truth: its true position.
 
     Returns:
         The log's name and, for each group of errors, `p95` and `largest` [m] and whether they lie `inside` what

@@ -65,8 +65,6 @@ def pooled_quantiles(counts: Array, edges: Array, shares: tuple[float, ...], see
     Args:
         counts: of errors, shape (machines, bins).
         edges: shape (bins + 1,).
-        shares: of the quantiles.
-        seed: of the resampling.
     """
     held = counts[counts.sum(axis=1) > 0].astype(np.float64)
     if len(held) < 2:
@@ -165,9 +163,7 @@ def saltelli(dimensions: int, base: int, seed: int) -> Array:
     """The design for the indices, shape (base (dimensions + 2), dimensions), in the unit cube.
 
     Args:
-        dimensions: how many quantities vary.
         base: number of base points, a power of two.
-        seed: the same seed gives the same points.
     """
     sample = needs("SALib.sample.sobol", "study").sample
     return np.asarray(sample(_problem(dimensions), base, calc_second_order=False, seed=seed))
@@ -180,9 +176,7 @@ def indices(dimensions: int, values: Array, seed: int) -> Indices:
     is weighted by its variance, and so are the halves of the intervals, which cannot be too narrow by that.
 
     Args:
-        dimensions: how many quantities vary.
         values: at the points of `saltelli`, shape (points,) or (points, outcomes).
-        seed: of the resampling that gives the intervals.
 
     Example:
         >>> import numpy as np

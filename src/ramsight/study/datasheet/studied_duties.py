@@ -56,11 +56,9 @@ class Work:
         """The duty of one machine.
 
         Args:
-            sheet: the unit as described, which an operator's commands are made from.
             made: the machine as it is, which somebody plans by who watches the rod.
             kelvin: oil temperature at first [K].
             warming: by how much it rises over the duty [K].
-            seed: of a work day.
         """
         loads = usual_loads(sheet)
         if self.kind == "work-day":

@@ -114,17 +114,6 @@ def plan(
 ) -> Plan:
     """A study of a unit.
 
-    Args:
-        machine: the description.
-        unit: name of the unit.
-        work: what the machines do.
-        sensor: kind of the sensor, or its file.
-        vary: tolerances in the place of those described, as text.
-        correlations: of pairs, in the place of those described.
-        count: machines.
-        seed: decides everything.
-        method: of the design.
-
     Raises:
         DescriptionError: a tolerance has no meaning, correlations contradict each other, or there is no such duty.
         UnknownNameError: there is no such unit or quantity.

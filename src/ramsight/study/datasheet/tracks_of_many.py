@@ -49,7 +49,6 @@ def tracked(several: Sequence[Run], sensors: Sequence[VirtualSensor], *, start_k
     """What sensors make of runs; a track is the same to the last bit whatever is tracked beside it.
 
     Args:
-        several: the runs.
         sensors: of each run; they may assume different machines, but are of one kind.
         start_known: whether they start at the known position; of the others only so much is tracked that the
             time of the first position shows.
