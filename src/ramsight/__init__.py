@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     from ramsight.api.histories import history, history_add, history_event, history_report
     from ramsight.api.live_plant import LivePlant
     from ramsight.api.machines import catalogue
-    from ramsight.api.overlaying import overlay
     from ramsight.api.plotting import draw, plot
-    from ramsight.api.second_channel import compare
+    from ramsight.api.second_channel import compare, overlay
     from ramsight.api.shared_reports import check_shared
     from ramsight.api.simulating import drive_report, simulate
     from ramsight.api.simulating_many import simulate_many
@@ -82,7 +81,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
     _HOMES = {
         "api.calibrating": ("identify", "identify_values", "leak_test"),
         "api.commissioning": ("commission",),
-        "api.second_channel": ("compare",),
+        "api.second_channel": ("compare", "overlay"),
         "api.shared_reports": ("check_shared",),
         "api.duties": ("duty_for", "lift_lower"),
         "api.exporting": ("export_c", "export_fmu", "export_page", "export_parameters", "export_ssp", "export_wasm"),
@@ -90,7 +89,6 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.histories": ("history", "history_add", "history_event", "history_report"),
         "api.live_plant": ("LivePlant",),
         "api.machines": ("catalogue",),
-        "api.overlaying": ("overlay",),
         "api.plotting": ("draw", "plot"),
         "api.simulating": ("drive_report", "simulate"),
         "api.simulating_many": ("simulate_many",),

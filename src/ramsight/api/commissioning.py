@@ -32,10 +32,18 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import advancing
 from ramsight.sensor.inputs.sample import declared_inputs
 from ramsight.signals import Dataset
-from ramsight.study.commissioning.changes import changed, changes
 from ramsight.study.commissioning.commissioning_page import Channel, commissioning_page
 from ramsight.study.commissioning.finding import Verdict
-from ramsight.study.commissioning.kept_values import Kept, Measured, kept_of, measured, over, read_kept
+from ramsight.study.commissioning.kept_values import (
+    Kept,
+    Measured,
+    changed,
+    changes,
+    kept_of,
+    measured,
+    over,
+    read_kept,
+)
 from ramsight.study.commissioning.walk import STEPS, Commissioning, walk
 from ramsight.study.datasheet.sheet_requirement import mending
 from ramsight.study.datasheet.studied_duties import Work

@@ -10,9 +10,9 @@ from ramsight.argument_kinds import by_kind, whole_argument
 from ramsight.duty import Duty
 from ramsight.duty import lift_lower as cycles_of
 from ramsight.duty.commissioning_duty import commissioning, leak_test_duty, usual_loads
-from ramsight.duty.duty_file import read_duty
 from ramsight.duty.lift_lower import RAMP, SPEED, START, above_lowered_end
 from ramsight.duty.loader_work import USES, loader_work
+from ramsight.duty.profile import read_duty
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.machine import Machine, Unit, load_machine, only_unit

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from ramsight.argument_kinds import by_kind, check_path, whole_argument
 from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
+from ramsight.deploy.compiler import platforms_of
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
 from ramsight.deploy.machine_parameters import write_parameters
 from ramsight.deploy.page import SHOWN, write_page
-from ramsight.deploy.platforms import platforms_of
 from ramsight.deploy.profiles import ControlOptions, profile_of
 from ramsight.deploy.ssp import WrittenSsp, write_ssp
 from ramsight.deploy.wasm import STEPS as WASM_STEPS

@@ -17,8 +17,8 @@ from ramsight.output import atomic_path, check_apart, check_figure, check_target
 from ramsight.output.atomic import suffix_of
 from ramsight.plant.build import AnyUnit, build
 from ramsight.signals import Dataset
+from ramsight.tracking.compared_figure import draw_sweep
 from ramsight.tracking.figures import LOOKS, SCREEN, Look, draw_run, draw_track, run_title, save
-from ramsight.tracking.sweep_figure import draw_sweep
 from ramsight.units import argument
 
 if TYPE_CHECKING:

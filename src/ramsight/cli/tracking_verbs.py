@@ -323,8 +323,8 @@ def _overlaid(
     Args:
         asked: what is at 0 s, and at which instants to read.
     """
-    from ramsight.api.overlaying import overlay
     from ramsight.api.plotting import look_of
+    from ramsight.api.second_channel import overlay
     from ramsight.optional import check_extra
     from ramsight.output import check_apart, check_figure, check_table
     from ramsight.tracking.compared_figure import overlay_figure, write_overlay

@@ -15,10 +15,10 @@ from statistics import NormalDist
 
 import casadi as ca
 
-from ramsight.control import speed_repeats, thresholds
+from ramsight.control import repeats as speed_repeats
+from ramsight.control import thresholds
 from ramsight.control.declared_drive import DeclaredDrive, followed_by, standing
-from ramsight.control.repeats import repeats_in_a_row, runs, runs_of, upper_share
-from ramsight.control.speed_repeats import SpeedRepeats
+from ramsight.control.repeats import SpeedRepeats, repeats_in_a_row, runs, runs_of, upper_share
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.engine.typed_state import chosen, leaf
 from ramsight.expression import Condition, Flag, Real, Scalar, all_of, any_of, count, flag, negated, scalar

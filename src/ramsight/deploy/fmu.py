@@ -15,13 +15,12 @@ from pathlib import Path
 
 from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.c_text import template
-from ramsight.deploy.compiler import STRICT, find_compiler, library
+from ramsight.deploy.compiler import STRICT, binaries, find_compiler, library
 from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.fmu_behind import comparison_behind
 from ramsight.deploy.fmu_description import build_description, description_2, description_3
 from ramsight.deploy.fmu_model import FmuModel, config_text, plant_model, sensor_model
 from ramsight.deploy.fmu_units import Variable
-from ramsight.deploy.platforms import binaries
 from ramsight.deploy.profiles import ControlOptions
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ramsight._version import __version__
 from ramsight.deploy.c_text import asset, template
-from ramsight.deploy.platforms import zig_for
+from ramsight.deploy.compiler import zig_for
 from ramsight.deploy.wasm import camel, wasm_of
 from ramsight.duty.drive_report import declared_report, reported
 from ramsight.duty.simulate import simulated

@@ -19,10 +19,9 @@ from ramsight.deploy.c_folder import golden_samples
 from ramsight.deploy.c_sensor import ROW, input_words, output_words, sensor_source
 from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.c_text import asset, headings, template
-from ramsight.deploy.compiler import STRICT, compile_files, run
+from ramsight.deploy.compiler import STRICT, compile_files, run, zig_for
 from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.golden import Array
-from ramsight.deploy.platforms import zig_for
 from ramsight.engine.kept import keep, key_of, read_kept
 from ramsight.machine.description import Machine
 from ramsight.output import check_folder, whole_folder

@@ -12,7 +12,7 @@ import numpy as np
 from ramsight.argument_kinds import by_kind
 from ramsight.arrays import Array
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
-from ramsight.logs.align import Aligner, Block, Switch
+from ramsight.logs.align import Aligner, Block, Resampler, Switch
 from ramsight.logs.can_dbc import j1939_group
 from ramsight.logs.channel_map import check_whole, known_map
 from ramsight.logs.channels import (
@@ -37,7 +37,6 @@ from ramsight.logs.csv_table import check_columns
 from ramsight.logs.frames import EXTENDED
 from ramsight.logs.lines import Advance, inspect_command
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, standard_map, to_si_of
-from ramsight.logs.resample import Resampler
 from ramsight.logs.source import Source, TableSource
 from ramsight.logs.source_by_suffix import open_frames, open_source
 from ramsight.logs.source_can import CanSource

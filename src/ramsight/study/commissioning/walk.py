@@ -16,8 +16,8 @@ from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.signals import Dataset
 from ramsight.study.commissioning import log_checks
-from ramsight.study.commissioning.changes import Change, table_text
 from ramsight.study.commissioning.finding import Finding, Verdict
+from ramsight.study.commissioning.kept_values import Change, table_text
 from ramsight.study.commissioning.log_checks import identified, requirement
 from ramsight.study.commissioning.wrong_values import WrongValue, description
 

@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 from os.path import isfile
 
 from ramsight.duty.commissioning_duty import commissioning, usual_loads, usual_speed
-from ramsight.duty.duty_file import read_duty
 from ramsight.duty.lift_lower import above_lowered_end, lift_lower
 from ramsight.duty.loader_work import USES, loader_work
-from ramsight.duty.profile import Duty, Profile
+from ramsight.duty.profile import Duty, Profile, read_duty
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
