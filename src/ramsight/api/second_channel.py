@@ -40,15 +40,11 @@ from ramsight.units import argument, format_si
 
 @dataclass(frozen=True)
 class Compared:
-    """A log on which two sensors were compared.
+    """A log on which two sensors were compared."""
 
-    Attributes:
-        track: over `time` [s]: what `ramsight.track` gives, `other_position` [m] and `verdict` (numbers of `Verdict`).
-        drift: of the other sensor.
-    """
-
+    # track: over `time` [s]: what `ramsight.track` gives, `other_position` [m] and `verdict` (numbers of `Verdict`)
     track: Dataset
-    drift: Drift
+    drift: Drift  # of the other sensor
 
     @property
     def alerts(self) -> list[tuple[float, float, Verdict]]:

@@ -41,20 +41,15 @@ _ASSUMED = (("leak", "leak"), ("displacement", "displacement"), ("compliance", "
 
 @dataclass(frozen=True)
 class MachineKnowledge:
-    """What was measured of a machine.
+    """What was measured of a machine."""
 
-    Attributes:
-        origin: what measured it, as a value's source names it.
-        factors: over the description's [1], by name of `FACTORS`; one that is missing or not identified stays as
-            described.
-        assumed: of the sensor's assumptions: path, value [SI] and the words of its source.
-        lines: what was found, as lines of text.
-    """
-
-    origin: str
+    origin: str  # what measured it, as a value's source names it
+    # factors: over the description's [1], by name of `FACTORS`; one that is missing or not identified stays as
+    # described
     factors: Mapping[str, Estimate]
+    # assumed: of the sensor's assumptions: path, value [SI] and the words of its source
     assumed: Mapping[str, tuple[float, str]]
-    lines: tuple[str, ...]
+    lines: tuple[str, ...]  # what was found, as lines of text
 
 
 def of_identification(found: Identification, described: Unit) -> MachineKnowledge:

@@ -124,15 +124,10 @@ def _table(pump: Pump, leak: float, friction: float, moduli: tuple[float, float]
 
 @dataclass(frozen=True)
 class Tuned:
-    """A tuned machine.
+    """A tuned machine."""
 
-    Attributes:
-        machine: its description, checked.
-        text: the same as TOML, with the source of every value that has one.
-    """
-
-    machine: Machine
-    text: str
+    machine: Machine  # its description, checked
+    text: str  # the same as TOML, with the source of every value that has one
 
 
 def tuned(machine: Machine, unit: str, known: MachineKnowledge, by: str) -> Tuned:

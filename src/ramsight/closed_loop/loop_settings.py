@@ -32,38 +32,28 @@ class Feedback(Enum):
 class LoopSettings:
     """How a loop is set up; what all its units share.
 
-    Args:
-        known: whether the sensors start with a known position, which is right; otherwise they have to be homed.
-        oil_temperature: [K].
-        temperature_offset: by which the thermometers read too much [K].
-        feedback: where the controls take the position from.
-        seed: of the drives' and the position sensors' noise.
-        assumptions: what the sensors assume of the machine; by default what each unit declares, and that a known
-            position is not wrong.
-        limits: by unit; by default `Limits.of`.
-        period: of the samples [s].
-        drive: how the drives follow their commands and report.
-        declared: how the controls take them to do that; by default as they do.
-        report: rounding and noise of what the drives report; seed and the thermometers' offset are those above. What
-            the controls take them for is in `DriveResponse`.
-        referencing: references that `go` takes before a move by which they are due; by default none.
-
     Example:
         >>> LoopSettings(known=True, period=0.01).oil_temperature
         313.15
     """
 
+    # known: whether the sensors start with a known position, which is right; otherwise they have to be homed
     known: bool = False
-    oil_temperature: float = T40
-    temperature_offset: float = 0.0
-    feedback: Feedback = Feedback.SENSOR
-    seed: int = 0
+    oil_temperature: float = T40  # [K]
+    temperature_offset: float = 0.0  # by which the thermometers read too much [K]
+    feedback: Feedback = Feedback.SENSOR  # where the controls take the position from
+    seed: int = 0  # of the drives' and the position sensors' noise
+    # assumptions: what the sensors assume of the machine; by default what each unit declares, and that a known
+    # position is not wrong
     assumptions: Assumptions | None = None
-    limits: Mapping[str, Limits] | None = None
-    period: float = SAMPLE_PERIOD
-    drive: DriveResponse = IDEAL
-    declared: DriveResponse | None = None
+    limits: Mapping[str, Limits] | None = None  # by unit; by default `Limits.of`
+    period: float = SAMPLE_PERIOD  # of the samples [s]
+    drive: DriveResponse = IDEAL  # how the drives follow their commands and report
+    declared: DriveResponse | None = None  # how the controls take them to do that; by default as they do
+    # report: rounding and noise of what the drives report; seed and the thermometers' offset are those above. What
+    # the controls take them for is in `DriveResponse`
     report: DriveReport = USUAL
+    # referencing: references that `go` takes before a move by which they are due; by default none
     referencing: Referencing | None = None
 
     def assumed_of(self, unit: HydraulicUnit) -> Assumptions:

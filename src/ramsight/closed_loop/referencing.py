@@ -31,11 +31,6 @@ ASKS = frozenset(
 class Referencing:
     """Which references are taken between moves, and when.
 
-    Args:
-        visits: that may be made, by unit; a unit that is not among them is never sent to an end stop.
-        limit: standard deviation of the position that no move may reach [m]; by default 1 % of the stroke, at which
-            sensors report that a reference is due.
-
     Example:
         >>> from ramsight import machine
         >>> from ramsight.closed_loop.loop_settings import LoopSettings
@@ -52,7 +47,10 @@ class Referencing:
         (False, 2)
     """
 
+    # visits: that may be made, by unit; a unit that is not among them is never sent to an end stop
     visits: Mapping[str, Sequence[Visit]]
+    # limit: standard deviation of the position that no move may reach [m]; by default 1 % of the stroke, at which
+    # sensors report that a reference is due
     limit: float | None = None
 
     def largest(self, control: PositionControl) -> float:

@@ -51,17 +51,11 @@ class Event(Enum):
 
 @dataclass(frozen=True)
 class Transition:
-    """A row of the table.
+    """A row of the table."""
 
-    Args:
-        before: activities that it leads from.
-        when: what happens.
-        after: where it leads.
-    """
-
-    before: tuple[Activity, ...]
-    when: Event
-    after: Activity
+    before: tuple[Activity, ...]  # activities that it leads from
+    when: Event  # what happens
+    after: Activity  # where it leads
 
 
 ANY = tuple(Activity)

@@ -65,20 +65,14 @@ class ControlState:
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """A control as a recursion.
+    """A control as a recursion."""
 
-    Attributes:
-        recursion: its graph; the inputs are `INPUTS`, the outputs `OUTPUTS` and `LIVE_OUTPUTS`, the parameter is the
-            largest acceleration of a move [m/s2].
-        initial: state at power-up: at rest, with no target.
-        by: the cylinder's motor speeds, limits, tuning and period.
-        response: how its drive is declared to follow.
-    """
-
+    # recursion: its graph; the inputs are `INPUTS`, the outputs `OUTPUTS` and `LIVE_OUTPUTS`, the parameter is the
+    # largest acceleration of a move [m/s2]
     recursion: Recursion
-    initial: ControlState
-    by: Actuation
-    response: DriveResponse
+    initial: ControlState  # state at power-up: at rest, with no target
+    by: Actuation  # the cylinder's motor speeds, limits, tuning and period
+    response: DriveResponse  # how its drive is declared to follow
 
 
 def position_block(

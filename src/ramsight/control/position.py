@@ -32,17 +32,11 @@ from ramsight.sensor.virtual_sensor import Estimate
 
 @dataclass(frozen=True)
 class Command:
-    """What a control asks of its drive.
+    """What a control asks of its drive."""
 
-    Attributes:
-        motor_speed: at the next sample, reached evenly [rad/s].
-        activity: what it is doing.
-        reason: why it stops, has stopped or goes slowly; empty if it does none of that.
-    """
-
-    motor_speed: float
-    activity: Activity
-    reason: str = ""
+    motor_speed: float  # at the next sample, reached evenly [rad/s]
+    activity: Activity  # what it is doing
+    reason: str = ""  # why it stops, has stopped or goes slowly; empty if it does none of that
 
 
 @dataclass(frozen=True)

@@ -32,21 +32,13 @@ _BUILDS = ((False, "-O2"), (False, "-Os"), (True, "-O2"), (True, "-Os"))
 
 @dataclass(frozen=True)
 class WrittenSensor:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        folder: where.
-        files: names of the files.
-        compiler: what compiled it; None if there is no compiler here.
-        footprints: what it takes on this machine, a row a build.
-        control: what the control takes, if there is one and a compiler.
-    """
-
-    folder: Path
-    files: tuple[str, ...]
-    compiler: str | None
-    footprints: tuple[Footprint, ...]
-    control: ControlFootprint | None = None
+    folder: Path  # where
+    files: tuple[str, ...]  # names of the files
+    compiler: str | None  # what compiled it; None if there is no compiler here
+    footprints: tuple[Footprint, ...]  # what it takes on this machine, a row a build
+    control: ControlFootprint | None = None  # what the control takes, if there is one and a compiler
 
 
 def write_sensor(

@@ -34,40 +34,24 @@ class CompilerError(RamsightError):
 
 @dataclass(frozen=True)
 class Footprint:
-    """What a sensor takes on this machine.
+    """What a sensor takes on this machine."""
 
-    Attributes:
-        precision: ``double`` or ``float``.
-        optimised: the compiler's level.
-        code: bytes of code and constants.
-        stack: bytes of the step's frame.
-        state: bytes of the struct.
-        saved: bytes of a slot.
-        step: time of a step [s].
-    """
-
-    precision: str
-    optimised: str
-    code: int
-    stack: int
-    state: int
-    saved: int
-    step: float
+    precision: str  # ``double`` or ``float``
+    optimised: str  # the compiler's level
+    code: int  # bytes of code and constants
+    stack: int  # bytes of the step's frame
+    state: int  # bytes of the struct
+    saved: int  # bytes of a slot
+    step: float  # time of a step [s]
 
 
 @dataclass(frozen=True)
 class ControlFootprint:
-    """What a position control takes on this machine, compiled with ``-O2``.
+    """What a position control takes on this machine, compiled with ``-O2``."""
 
-    Attributes:
-        code: bytes of code and constants.
-        state: bytes of the struct.
-        step: time of a step [s].
-    """
-
-    code: int
-    state: int
-    step: float
+    code: int  # bytes of code and constants
+    state: int  # bytes of the struct
+    step: float  # time of a step [s]
 
 
 def find_compiler() -> str | None:

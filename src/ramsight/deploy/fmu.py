@@ -34,17 +34,11 @@ _DATE = (1980, 1, 1, 0, 0, 0)  # of every file in the archive, so that the same 
 
 @dataclass(frozen=True)
 class WrittenFmu:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        path: of the FMU.
-        variables: how many it has.
-        binaries: the platforms of its binaries; empty if there are none.
-    """
-
-    path: Path
-    variables: int
-    binaries: tuple[str, ...]
+    path: Path  # of the FMU
+    variables: int  # how many it has
+    binaries: tuple[str, ...]  # the platforms of its binaries; empty if there are none
 
 
 @dataclass(frozen=True)

@@ -97,19 +97,12 @@ def profile_of(name: str) -> Profile:
 
 @dataclass(frozen=True)
 class ControlOptions:
-    """How a control that is exported drives its cylinder.
+    """How a control that is exported drives its cylinder."""
 
-    Args:
-        speed: largest velocity [m/s]; by default half of what the motor could do.
-        force: largest load against a motion that is pushed on [N].
-        period: of its samples [s].
-        drive: how the drive is declared to follow and to report; what does otherwise is stopped.
-    """
-
-    speed: float | None = None
-    force: float = math.inf
-    period: float = SAMPLE_PERIOD
-    drive: DriveResponse = IDEAL
+    speed: float | None = None  # largest velocity [m/s]; by default half of what the motor could do
+    force: float = math.inf  # largest load against a motion that is pushed on [N]
+    period: float = SAMPLE_PERIOD  # of its samples [s]
+    drive: DriveResponse = IDEAL  # how the drive is declared to follow and to report; what does otherwise is stopped
 
     @property
     def words(self) -> tuple[str, ...]:

@@ -158,21 +158,13 @@ _DECIDED = ("motor_speed_command", "activity", "reason")
 
 @dataclass(frozen=True)
 class WrittenSsp:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        path: of the package.
-        components: names of its FMUs.
-        connections: how many there are.
-        parameters: how many values its parameter set has.
-        binaries: platforms of the FMUs' binaries.
-    """
-
-    path: Path
-    components: tuple[str, ...]
-    connections: int
-    parameters: int
-    binaries: tuple[str, ...]
+    path: Path  # of the package
+    components: tuple[str, ...]  # names of its FMUs
+    connections: int  # how many there are
+    parameters: int  # how many values its parameter set has
+    binaries: tuple[str, ...]  # platforms of the FMUs' binaries
 
 
 def write_ssp(

@@ -45,19 +45,12 @@ _SAID = re.compile(r"^[0-9]+ samples: .*$", flags=re.MULTILINE)
 
 @dataclass(frozen=True)
 class WrittenWasm:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        folder: where.
-        files: names of the files.
-        bytes: of the module.
-        tested: what the golden samples in Node said; "" if there is no Node here.
-    """
-
-    folder: Path
-    files: tuple[str, ...]
-    bytes: int
-    tested: str
+    folder: Path  # where
+    files: tuple[str, ...]  # names of the files
+    bytes: int  # of the module
+    tested: str  # what the golden samples in Node said; "" if there is no Node here
 
 
 @dataclass(frozen=True)

@@ -38,13 +38,6 @@ class Magnets:
     Their warmth follows the losses in the windings, which go with the torque squared, d theta/dt = (rise (tau/tau_0)^2
     - theta)/T, and the torque constant is k_0 (1 + c theta). What is reported is the current times k_0.
 
-    Args:
-        torque: tau_0, at which `rise` is reached in the end [N m].
-        rise: of the magnets over the temperature for which the drive knows its torque constant [K].
-        time_constant: T, of motors of some kW 20 to 60 min [s].
-        coefficient: c [1/K]; of neodymium magnets -0.09 to -0.12 %/K, of ferrite -0.2 %/K.
-        first: warmth at the beginning [K].
-
     Source: reversible temperature coefficients of the remanence as magnet makers' data sheets give them.
 
     Example:
@@ -53,11 +46,11 @@ class Magnets:
         [0.0, 37.9, 60.0]
     """
 
-    torque: float
-    rise: float = 60.0
-    time_constant: float = 1800.0
-    coefficient: float = -1.1e-3
-    first: float = 0.0
+    torque: float  # tau_0, at which `rise` is reached in the end [N m]
+    rise: float = 60.0  # of the magnets over the temperature for which the drive knows its torque constant [K]
+    time_constant: float = 1800.0  # T, of motors of some kW 20 to 60 min [s]
+    coefficient: float = -1.1e-3  # c [1/K]; of neodymium magnets -0.09 to -0.12 %/K, of ferrite -0.2 %/K
+    first: float = 0.0  # warmth at the beginning [K]
 
     def warmth(self, time: Array, torque: Array) -> Array:
         """Warmth [K] at times [s] under the torques since the times before [N m], shape (times,)."""
@@ -77,46 +70,30 @@ class Magnets:
 
 @dataclass(frozen=True)
 class DriveReport:
-    """How a drive rounds, how noisy it is, and by how much it is off.
+    """How a drive rounds, how noisy it is, and by how much it is off."""
 
-    Args:
-        speed_step: [rad/s]; default 1 rpm.
-        speed_noise: standard deviation before it is rounded [rad/s]; none by default, whole rpm of a filtered speed.
-        torque_step: [N m]; default 1/16 N m.
-        torque_noise: standard deviation [N m].
-        temperature_step: [K].
-        temperature_noise: standard deviation [K].
-        torque_gain: reported torque over the true one [1].
-        temperature_offset: reported temperature less the true one [K].
-        link: how a sensor of the moved body's angle is; None where there is none.
-        shaft: the counter of its shaft's position; None where it reports none.
-        power: of its DC link; None where it reports none.
-        pressure_noise: standard deviation of sensors of the chambers' pressures [Pa]; None where there are none.
-        pressure_lag: of those sensors [s].
-        magnets: of the motor, if their warming up changes its torque constant.
-        warm_at: temperature of the motor at which the drive knows its torque constant, above which magnets are warmer
-            [K]; None where it reports no temperature.
-        readings: occasional sensors of the position, by their channels.
-        seed: of the noise; the same seed gives the same log.
-    """
-
-    speed_step: float = RPM
+    speed_step: float = RPM  # [rad/s]; default 1 rpm
+    # speed_noise: standard deviation before it is rounded [rad/s]; none by default, whole rpm of a filtered speed
     speed_noise: float = 0.0
-    torque_step: float = 1.0 / 16.0
-    torque_noise: float = 0.5
-    temperature_step: float = 0.1
-    temperature_noise: float = 0.2
-    torque_gain: float = 1.0
-    temperature_offset: float = 0.0
-    link: LinkReport | None = None
-    shaft: ShaftReport | None = None
-    power: PowerReport | None = None
+    torque_step: float = 1.0 / 16.0  # [N m]; default 1/16 N m
+    torque_noise: float = 0.5  # standard deviation [N m]
+    temperature_step: float = 0.1  # [K]
+    temperature_noise: float = 0.2  # standard deviation [K]
+    torque_gain: float = 1.0  # reported torque over the true one [1]
+    temperature_offset: float = 0.0  # reported temperature less the true one [K]
+    link: LinkReport | None = None  # how a sensor of the moved body's angle is; None where there is none
+    shaft: ShaftReport | None = None  # the counter of its shaft's position; None where it reports none
+    power: PowerReport | None = None  # of its DC link; None where it reports none
+    # pressure_noise: standard deviation of sensors of the chambers' pressures [Pa]; None where there are none
     pressure_noise: float | None = None
-    pressure_lag: float = 0.0
-    magnets: Magnets | None = None
+    pressure_lag: float = 0.0  # of those sensors [s]
+    magnets: Magnets | None = None  # of the motor, if their warming up changes its torque constant
+    # warm_at: temperature of the motor at which the drive knows its torque constant, above which magnets are warmer
+    # [K]; None where it reports no temperature
     warm_at: float | None = None
+    # readings: occasional sensors of the position, by their channels
     readings: Mapping[Further, ReadingReport] = field(default_factory=dict)
-    seed: int = 0
+    seed: int = 0  # of the noise; the same seed gives the same log
 
     def of(self, speed: Array, torque: Array, temperature: Array) -> tuple[Array, Array, Array]:
         """Reported motor speed [rad/s], torque [N m] and oil temperature [K] of true ones, each (samples,)."""
@@ -244,15 +221,10 @@ _POWER = 0x706F7772  # apart from the noise of the torque of the same seed
 
 @dataclass(frozen=True)
 class ShaftReport:
-    """The counter of a shaft's position.
+    """The counter of a shaft's position."""
 
-    Args:
-        step: of the counter [rad]; 4096 increments a turn by default.
-        first: what it shows at the beginning [rad].
-    """
-
-    step: float = 2.0 * math.pi / 4096
-    first: float = 0.0
+    step: float = 2.0 * math.pi / 4096  # of the counter [rad]; 4096 increments a turn by default
+    first: float = 0.0  # what it shows at the beginning [rad]
 
     def reported(self, time: Array, speed: Array) -> Array:
         """Angles [rad] at times [s], of speeds [rad/s], shape (samples,).
@@ -272,25 +244,16 @@ class ShaftReport:
 class PowerReport:
     """Power that a drive takes from its DC link.
 
-        P = torque speed + P0 + c torque^2 + s abs(speed)
-
-    Args:
-        standby: P0 [W].
-        copper: c [W/(N m)2].
-        iron: s [W s/rad].
-        gain: of the reading [1].
-        noise: standard deviation [W].
-        step: [W].
-        seed: of the noise; the same seed gives the same power.
+    P = torque speed + P0 + c torque^2 + s abs(speed)
     """
 
-    standby: float = 50.0
-    copper: float = 0.0
-    iron: float = 0.0
-    gain: float = 1.0
-    noise: float = 0.0
-    step: float = 1.0
-    seed: int = 0
+    standby: float = 50.0  # P0 [W]
+    copper: float = 0.0  # c [W/(N m)2]
+    iron: float = 0.0  # s [W s/rad]
+    gain: float = 1.0  # of the reading [1]
+    noise: float = 0.0  # standard deviation [W]
+    step: float = 1.0  # [W]
+    seed: int = 0  # of the noise; the same seed gives the same power
 
     def reported(self, speed: Array, torque: Array) -> Array:
         """Power [W] of true speeds [rad/s] and torques [N m], shape (samples,).

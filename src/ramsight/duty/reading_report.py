@@ -85,25 +85,15 @@ _OTHER = 0x616E676C  # apart from the drive's noise of the same seed
 
 @dataclass(frozen=True)
 class LinkReport:
-    """How a sensor of the moved body's angle is.
+    """How a sensor of the moved body's angle is."""
 
-    Args:
-        lever: what the angle says of the position.
-        offset: of the angle [rad].
-        noise: of vibration and acceleration, standard deviation [rad].
-        correlation: for which it stays what it is [s].
-        lag: of the first order [s].
-        step: [rad].
-        seed: of the noise; the same seed gives the same angles.
-    """
-
-    lever: Lever
-    offset: float = 0.0
-    noise: float = 0.0
-    correlation: float = 0.5
-    lag: float = 0.0
-    step: float = math.radians(0.01)
-    seed: int = 0
+    lever: Lever  # what the angle says of the position
+    offset: float = 0.0  # of the angle [rad]
+    noise: float = 0.0  # of vibration and acceleration, standard deviation [rad]
+    correlation: float = 0.5  # for which it stays what it is [s]
+    lag: float = 0.0  # of the first order [s]
+    step: float = math.radians(0.01)  # [rad]
+    seed: int = 0  # of the noise; the same seed gives the same angles
 
     def reported(self, time: Array, position: Array) -> Array:
         """Angles [rad] at times [s], of positions [m], shape (samples,)."""

@@ -28,17 +28,11 @@ _AHEAD = 3  # logs for each thread of a cluster: one that is followed, the other
 
 @dataclass(frozen=True)
 class Added:
-    """What became of logs.
+    """What became of logs."""
 
-    Attributes:
-        records: of logs that were new.
-        known: files whose log has a record already.
-        refused: files that cannot be read, and why.
-    """
-
-    records: tuple[Record, ...]
-    known: tuple[Path, ...]
-    refused: tuple[tuple[Path, str], ...]
+    records: tuple[Record, ...]  # of logs that were new
+    known: tuple[Path, ...]  # files whose log has a record already
+    refused: tuple[tuple[Path, str], ...]  # files that cannot be read, and why
 
     @property
     def text(self) -> str:

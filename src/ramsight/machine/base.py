@@ -155,7 +155,7 @@ class Value:
 
     path: str
     value: Any  # of a list the texts of its items
-    declared: Quantity | None
+    declared: Quantity | None  # how; None of what is no physical value
     text: str
     given: bool = True
 

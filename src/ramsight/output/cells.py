@@ -27,15 +27,10 @@ _EXACT = 2.0**53
 
 @dataclass(frozen=True)
 class Coded:
-    """A column of words, each written as a whole number.
+    """A column of words, each written as a whole number."""
 
-    Args:
-        codes: whole numbers, shape (n,).
-        words: what each of them means.
-    """
-
-    codes: NDArray[np.integer[Any]]
-    words: Mapping[int, str]
+    codes: NDArray[np.integer[Any]]  # whole numbers, shape (n,)
+    words: Mapping[int, str]  # what each of them means
 
     def __len__(self) -> int:
         return len(self.codes)

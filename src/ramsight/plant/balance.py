@@ -56,15 +56,12 @@ class Solution:
     """A solved step.
 
     Attributes:
-        z: states after it.
-        torque: at the motor [N m].
-        stands: whether friction, or a load that only resists, keeps the piston where it is.
         balance: what was solved, for derivatives.
     """
 
-    z: Vector
-    torque: Scalar
-    stands: Flag
+    z: Vector  # states after it
+    torque: Scalar  # at the motor [N m]
+    stands: Flag  # whether friction, or a load that only resists, keeps the piston where it is
     _factors: Vector
     _torque_by_z: Vector
     _rate_by_load: Vector

@@ -54,18 +54,13 @@ class Part(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Audited:
-    """What a circuit's balances are made of.
+    """What a circuit's balances are made of."""
 
-    Attributes:
-        nodes: that are volumes.
-        losses, works: names of the energies that leave through losses and as work.
-        tank_flows: names of flows from the tank.
-    """
-
-    nodes: tuple[str, ...]
+    nodes: tuple[str, ...]  # that are volumes
+    # losses, works: names of the energies that leave through losses and as work
     losses: tuple[str, ...]
     works: tuple[str, ...]
-    tank_flows: tuple[str, ...]
+    tank_flows: tuple[str, ...]  # names of flows from the tank
 
     @property
     def names(self) -> Audited:

@@ -30,17 +30,11 @@ from ramsight.plant.unit import HydraulicUnit, rest_pressures
 
 @dataclass(frozen=True)
 class LinkedMachine:
-    """Units and the mechanism that they move.
+    """Units and the mechanism that they move."""
 
-    Attributes:
-        name: of the machine.
-        units: those that move the mechanism, in the order of its cylinders.
-        mechanism: what they move.
-    """
-
-    name: str
-    units: tuple[HydraulicUnit, ...]
-    mechanism: Mechanism
+    name: str  # of the machine
+    units: tuple[HydraulicUnit, ...]  # those that move the mechanism, in the order of its cylinders
+    mechanism: Mechanism  # what they move
 
     def unit(self, name: str) -> HydraulicUnit:
         """One of the units."""
@@ -49,17 +43,12 @@ class LinkedMachine:
 
 @dataclass(frozen=True)
 class LinkedModel:
-    """A linked machine as an equation.
+    """A linked machine as an equation."""
 
-    Attributes:
-        ode: the equation; its inputs are each unit's `motor_speed`, the payload [kg] and the force on the tip [N].
-        values: the parameters' values; `UNIT.oil_temperature` are among them.
-        audit_terms: what the audit needs, by unit; names are without the unit's.
-    """
-
+    # ode: the equation; its inputs are each unit's `motor_speed`, the payload [kg] and the force on the tip [N]
     ode: OdeModel
-    values: Array
-    audit_terms: dict[str, Audited]
+    values: Array  # the parameters' values; `UNIT.oil_temperature` are among them
+    audit_terms: dict[str, Audited]  # what the audit needs, by unit; names are without the unit's
 
 
 def build_linked(machine: Machine) -> LinkedMachine:

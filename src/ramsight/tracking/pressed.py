@@ -87,19 +87,17 @@ class Pressed:
     """Presses of a log, collected piece by piece, by one reading of its columns.
 
     Attributes:
-        longest: free move of the rod [strokes].
-        speed, torque: 99.5 % of the magnitudes in the liveliest piece are below these, over the highest speed and over
-            the larger torque at relief [1].
-        turning: for how long the motor has turned [s].
         pushing: mean torque while the motor turns, positive where the load asks for it, over the same torque [1].
     """
 
     unit: HydraulicUnit
     presses: list[Press] = field(default_factory=list)
-    longest: float = 0.0
+    longest: float = 0.0  # free move of the rod [strokes]
+    # speed, torque: 99.5 % of the magnitudes in the liveliest piece are below these, over the highest speed and over
+    # the larger torque at relief [1]
     speed: float = 0.0
     torque: float = 0.0
-    turning: float = 0.0
+    turning: float = 0.0  # for how long the motor has turned [s]
     _place: float = 0.0
     _leaked: float = 0.0
     _pushed: float = 0.0

@@ -158,14 +158,10 @@ _SAYS = {
 
 @dataclass(frozen=True)
 class Change:
-    """One value then and now, over that of the description [1].
+    """One value then and now, over that of the description [1]."""
 
-    Attributes:
-        name: what it is.
-        then, now: with their standard deviations.
-    """
-
-    name: str
+    name: str  # what it is
+    # then, now: with their standard deviations
     then: Measured
     now: Measured
 

@@ -32,27 +32,17 @@ _CORRECT = "correct the description first"
 
 @dataclass(frozen=True)
 class Commissioning:
-    """What was found of a log.
+    """What was found of a log."""
 
-    Attributes:
-        unit: name of the unit.
-        findings: of each check, in order.
-        log: what was judged.
-        track: what the kalman sensor made of it, with the error where the truth is known; None if it was not asked.
-        leak_test: what the leak test said, if there was one.
-        identification: what was identified, if the position was measured.
-        wrong_value: the value of the description that is likely wrong, if one is.
-        changes: what was measured both now and at an earlier commissioning, if one was passed.
-    """
-
-    unit: str
-    findings: tuple[Finding, ...]
-    log: Dataset
+    unit: str  # name of the unit
+    findings: tuple[Finding, ...]  # of each check, in order
+    log: Dataset  # what was judged
+    # track: what the kalman sensor made of it, with the error where the truth is known; None if it was not asked
     track: Dataset | None = None
-    leak_test: LeakTest | None = None
-    identification: Identification | None = None
-    wrong_value: WrongValue | None = None
-    changes: tuple[Change, ...] = ()
+    leak_test: LeakTest | None = None  # what the leak test said, if there was one
+    identification: Identification | None = None  # what was identified, if the position was measured
+    wrong_value: WrongValue | None = None  # the value of the description that is likely wrong, if one is
+    changes: tuple[Change, ...] = ()  # what was measured both now and at an earlier commissioning, if one was passed
 
     @property
     def verdict(self) -> Verdict:

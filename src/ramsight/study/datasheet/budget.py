@@ -36,25 +36,15 @@ _MOST_POINTS = 2**20  # base points
 
 @dataclass(frozen=True)
 class Budget:
-    """The error budget of a study.
+    """The error budget of a study."""
 
-    Attributes:
-        names: of what varies.
-        linear: what each quantity makes of the error by itself.
-        moments: how many.
-        indices: Sobol's, of the errors at the moments; None if there are only linear ones.
-        std: of the error over the machines of the indices, root of its mean square over the moments [m].
-        limit: error that larger ones count as [m].
-        failed: machines that could not be simulated, whose error counts as the mean of the others'.
-    """
-
-    names: tuple[str, ...]
-    linear: Linear
-    moments: int
-    indices: Indices | None = None
-    std: float = math.nan
-    limit: float = math.nan
-    failed: int = 0
+    names: tuple[str, ...]  # of what varies
+    linear: Linear  # what each quantity makes of the error by itself
+    moments: int  # how many
+    indices: Indices | None = None  # Sobol's, of the errors at the moments; None if there are only linear ones
+    std: float = math.nan  # of the error over the machines of the indices, root of its mean square over the moments [m]
+    limit: float = math.nan  # error that larger ones count as [m]
+    failed: int = 0  # machines that could not be simulated, whose error counts as the mean of the others'
 
     @property
     def agreement(self) -> float:

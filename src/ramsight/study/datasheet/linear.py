@@ -35,15 +35,11 @@ _CIRCUIT = "circuit."
 
 @dataclass(frozen=True)
 class Linear:
-    """The budget.
+    """The budget."""
 
-    Attributes:
-        names: of what varies.
-        effect: of one standard deviation of each on the error at each moment [m], shape (quantities, moments); NaN
-            where the sensor calls one of the two positions invalid that it is the difference of.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # of what varies
+    # effect: of one standard deviation of each on the error at each moment [m], shape (quantities, moments); NaN
+    # where the sensor calls one of the two positions invalid that it is the difference of
     effect: Array
 
     @property

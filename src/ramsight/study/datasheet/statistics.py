@@ -16,14 +16,10 @@ _MOST = 4000  # machines beyond which resampling takes a part of them, and the i
 
 @dataclass(frozen=True)
 class Known:
-    """A figure and its 95 % interval; NaN where it is not available.
+    """A figure and its 95 % interval; NaN where it is not available."""
 
-    Args:
-        value: the figure.
-        low, high: ends of the interval; the high one infinite where too few machines say anything of it.
-    """
-
-    value: float
+    value: float  # the figure
+    # low, high: ends of the interval; the high one infinite where too few machines say anything of it
     low: float = np.nan
     high: float = np.nan
 
@@ -142,21 +138,13 @@ _CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Indices:
-    """Shares of a variance, each of shape (quantities,) [1].
+    """Shares of a variance, each of shape (quantities,) [1]."""
 
-    Attributes:
-        first: that a quantity causes by itself.
-        first_half: half of the 95 % interval of that.
-        total: that it takes part in.
-        total_half: half of the 95 % interval of that.
-        runs: that they rest on.
-    """
-
-    first: Array
-    first_half: Array
-    total: Array
-    total_half: Array
-    runs: int
+    first: Array  # that a quantity causes by itself
+    first_half: Array  # half of the 95 % interval of that
+    total: Array  # that it takes part in
+    total_half: Array  # half of the 95 % interval of that
+    runs: int  # that they rest on
 
 
 def saltelli(dimensions: int, base: int, seed: int) -> Array:
