@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from ramsight import machine
 from ramsight.cli import app
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.control.activity import ACTIVITIES, Activity
 from ramsight.control.block import position_block
 from ramsight.control.orders import INPUTS, Ask, Reason

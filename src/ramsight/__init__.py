@@ -23,8 +23,16 @@ if TYPE_CHECKING:
     from ramsight.api.calibrating import identify, identify_values, leak_test
     from ramsight.api.commissioning import commission
     from ramsight.api.duties import duty_for, lift_lower
-    from ramsight.api.exporting import export_c, export_fmu, export_page, export_parameters, export_ssp, export_wasm
-    from ramsight.api.fmeda_tables import diagnostic_coverage, export_fmeda
+    from ramsight.api.exporting import (
+        diagnostic_coverage,
+        export_c,
+        export_fmeda,
+        export_fmu,
+        export_page,
+        export_parameters,
+        export_ssp,
+        export_wasm,
+    )
     from ramsight.api.histories import history, history_add, history_event, history_report
     from ramsight.api.live_plant import LivePlant
     from ramsight.api.machines import catalogue
@@ -84,8 +92,10 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.second_channel": ("compare", "overlay"),
         "api.shared_reports": ("check_shared",),
         "api.duties": ("duty_for", "lift_lower"),
-        "api.exporting": ("export_c", "export_fmu", "export_page", "export_parameters", "export_ssp", "export_wasm"),
-        "api.fmeda_tables": ("diagnostic_coverage", "export_fmeda"),
+        "api.exporting": (
+            "diagnostic_coverage", "export_c", "export_fmeda", "export_fmu", "export_page", "export_parameters",
+            "export_ssp", "export_wasm",
+        ),
         "api.histories": ("history", "history_add", "history_event", "history_report"),
         "api.live_plant": ("LivePlant",),
         "api.machines": ("catalogue",),

@@ -148,8 +148,8 @@ def new(
     """
     from ramsight.errors import DescriptionError, OutputError, one_line
     from ramsight.machine import load_machine, template
-    from ramsight.machine.minimal import alone, example_of
-    from ramsight.machine.minimal import minimal as minimal_text
+    from ramsight.machine.template import alone, example_of
+    from ramsight.machine.template import minimal as minimal_text
     from ramsight.output import write_text
 
     if file.exists() and not force:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from ramsight.deploy.c_function import PLAIN, array_function
-from ramsight.deploy.c_text import headings, indented, template
+from ramsight.deploy.c_function import PLAIN, array_function, headings, indented, template
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.tracking.comparing import Verdict, comparison_graph

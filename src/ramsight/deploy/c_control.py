@@ -14,10 +14,9 @@ from ramsight.control.activity import ACTIVITIES
 from ramsight.control.block import Block
 from ramsight.control.orders import INPUTS, OUTPUTS, Reason
 from ramsight.control.thresholds import STOPPING_TIME
-from ramsight.deploy.c_function import PLAIN, array_function, literal
+from ramsight.deploy.c_function import PLAIN, array_function, golden_table, headings, indented, literal, template
 from ramsight.deploy.c_sensor import SensorSource
 from ramsight.deploy.c_step import field_of
-from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.engine.typed_state import initial_values
 from ramsight.plant.unit import HydraulicUnit

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ramsight.deploy.c_compare import comparison_source
+from ramsight.deploy.c_function import headings, indented, template
 from ramsight.deploy.c_sensor import SensorSource, golden_source, inputs_of, sensor_source, unit_table
 from ramsight.deploy.c_step import identifier_of
-from ramsight.deploy.c_text import headings, indented, template
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
 from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.golden import SAMPLES, Array, faulty_day

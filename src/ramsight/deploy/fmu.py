@@ -13,8 +13,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ramsight.deploy.c_function import template
 from ramsight.deploy.c_step import identifier_of
-from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import STRICT, binaries, find_compiler, library
 from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.fmu_behind import comparison_behind

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ramsight.deploy.c_compare import comparison_source
-from ramsight.deploy.c_text import template
+from ramsight.deploy.c_function import template
 from ramsight.deploy.fmu_units import NOTHING, PERIOD, UNKNOWN, Variable
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.virtual_sensor import BOUND

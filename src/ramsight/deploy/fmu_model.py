@@ -9,10 +9,9 @@ from typing import Any
 
 import casadi as ca
 
-from ramsight.deploy.c_function import PLAIN, array_function, literal
+from ramsight.deploy.c_function import PLAIN, array_function, literal, template
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.c_step import field_of
-from ramsight.deploy.c_text import template
 from ramsight.deploy.fmu_behind import Behind
 from ramsight.deploy.fmu_units import NOTHING, PERIOD, UNKNOWN, Variable, parameter_unit, usual_sizes
 from ramsight.deploy.sensor_words import titled_meaning

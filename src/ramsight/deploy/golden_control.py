@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.control.activity import ACTIVITIES, Activity
 from ramsight.control.block import Block
 from ramsight.control.orders import Ask

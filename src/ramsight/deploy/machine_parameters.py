@@ -8,8 +8,7 @@ from xml.sax.saxutils import quoteattr
 
 from ramsight._version import __version__
 from ramsight.deploy.c_function import literal
-from ramsight.deploy.c_machine import MachineTable, table_header
-from ramsight.deploy.c_sensor import machine_table
+from ramsight.deploy.c_sensor import MachineTable, machine_table, table_header
 from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.fmu_model import plant_model
 from ramsight.errors import DescriptionError

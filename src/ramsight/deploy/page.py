@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight._version import __version__
-from ramsight.deploy.c_text import asset, template
+from ramsight.deploy.c_function import asset, template
 from ramsight.deploy.compiler import zig_for
 from ramsight.deploy.wasm import camel, wasm_of
 from ramsight.duty.drive_report import declared_report, reported

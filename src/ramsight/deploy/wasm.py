@@ -16,9 +16,9 @@ import numpy as np
 
 from ramsight._version import __version__
 from ramsight.deploy.c_folder import golden_samples
+from ramsight.deploy.c_function import asset, headings, template
 from ramsight.deploy.c_sensor import ROW, input_words, output_words, sensor_source
 from ramsight.deploy.c_step import identifier_of
-from ramsight.deploy.c_text import asset, headings, template
 from ramsight.deploy.compiler import STRICT, compile_files, run, zig_for
 from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.golden import Array

@@ -1,6 +1,7 @@
 """Symbols of parts and valves after ISO 1219-1.
 
-Each valve is drawn as it rests without command, about its middle; ports are named as the part names its nodes.
+Each function draws one symbol about its middle, a valve as it rests without command; ports are named as the part names
+its nodes.
 """
 
 from __future__ import annotations

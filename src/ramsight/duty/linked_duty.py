@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from ramsight.arrays import Array
-from ramsight.duty.audit import audit_linked
-from ramsight.duty.dry import refuse_dry
+from ramsight.duty.audit import audit_linked, refuse_dry
 from ramsight.duty.profile import Profile, all_corners, constant, held_corners, rates
 from ramsight.duty.recorded import Owner, Recorded, Signal, computed
 from ramsight.duty.simulate import SAMPLE_PERIOD, check_temperature

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ramsight.arrays import Array
+from ramsight.duty.audit import refuse_dry
 from ramsight.duty.drive_report import SPEEDS, DriveReport
-from ramsight.duty.dry import refuse_dry
 from ramsight.duty.linked_duty import audited_model
 from ramsight.duty.live_energy import EnergyAccount, LiveEnergy
 from ramsight.duty.profile import constant

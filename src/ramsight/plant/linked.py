@@ -21,8 +21,8 @@ from ramsight.machine.description import Machine
 from ramsight.plant.build import build
 from ramsight.plant.circuit import Audited, Circuit, Closed
 from ramsight.plant.cylinder import Cylinder
+from ramsight.plant.linkage.dynamics import WORKS, Moving, moving
 from ramsight.plant.linkage.mechanism import Mechanism, build_mechanism
-from ramsight.plant.linkage.motion import WORKS, Moving, moving
 from ramsight.plant.linkage.survey import holding_forces, joints
 from ramsight.plant.symbols import Parameters
 from ramsight.plant.unit import HydraulicUnit, rest_pressures

@@ -25,9 +25,8 @@ from ramsight.plant.circuit import CircuitModel, parameter_values
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
 from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.study.datasheet.drawn import Drawn, draw, ready
-from ramsight.study.datasheet.measuring import SHAPES, first_position, measures
+from ramsight.study.datasheet.measuring import SHAPES, Run, first_position, measures, tracked
 from ramsight.study.datasheet.studied_duties import Work
-from ramsight.study.datasheet.tracks_of_many import Run, tracked
 
 LOOSER = 30.0
 """Tolerances of a study's runs over those of `simulate`: twice as fast, and a position as exact.
