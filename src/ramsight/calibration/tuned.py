@@ -15,8 +15,8 @@ from ramsight.calibration.loss_uncertainty import rougher
 from ramsight.errors import DescriptionError
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Composed, DirectDriven, Unit
-from ramsight.machine.efficiencies import COLUMNS
 from ramsight.machine.parts import Hose, Pump
+from ramsight.machine.pump_description import COLUMNS
 from ramsight.machine.reading import loads
 from ramsight.units import to_si
 
