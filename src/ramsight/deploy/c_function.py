@@ -131,11 +131,10 @@ def written_if(graph: Graph, kept: Mapping[int, int]) -> dict[tuple[int, int], t
     return found
 
 
-def array_function(name: str, function: ca.Function, dialect: Dialect, *, outputs_end: str = "_") -> str:
+def array_function(name: str, function: ca.Function, dialect: Dialect) -> str:
     """An SX function as `static void NAME(inputs, outputs)` on arrays of `real`.
 
-    Args:
-        function: the SX function; an output `b_new` is written to the argument `b` plus `outputs_end`.
+    An output `b_new` is written to the argument `b_`.
 
     Example:
         >>> x = ca.SX.sym("x", 2)
@@ -146,7 +145,7 @@ def array_function(name: str, function: ca.Function, dialect: Dialect, *, output
         }
     """
     ins = function.name_in()
-    outs = [out.removesuffix("_new") + outputs_end for out in function.name_out()]
+    outs = [out.removesuffix("_new") + "_" for out in function.name_out()]
     arguments = [f"const real *RESTRICT {n}" for n in ins] + [f"real *RESTRICT {n}" for n in outs]
     used: set[int] = set()
 

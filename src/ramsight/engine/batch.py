@@ -47,7 +47,6 @@ def batches(
     jobs: Iterable[Job],
     *,
     rtol: float = DEFAULT_RTOL,
-    tolerance_scale: float = 1.0,
     max_steps: int = DEFAULT_MAX_STEPS,
     threads: int | None = None,
     advance: Callable[[int], object] | None = None,
@@ -55,13 +54,10 @@ def batches(
     """Run jobs on all cores, several side by side on each, and hand out summaries about a thousand at a time.
 
     However many jobs there are, only some thousand are in memory.
-
-    Args:
-        tolerance_scale: factor on the states' absolute tolerances.
     """
     loop = compile_lanes(model).integrate_lanes
     threads = threads or processors()
-    atol = np.array([np.inf if s.integral else s.tolerance * tolerance_scale for s in model.states])
+    atol = np.array([np.inf if s.integral else s.tolerance for s in model.states])
     supply = iter(jobs)
     with ThreadPoolExecutor(threads) as pool:
         while chunk := list(islice(supply, _CHUNK)):
@@ -100,7 +96,6 @@ def sampled(
     *,
     rtol: float = DEFAULT_RTOL,
     tolerance_scale: float = 1.0,
-    max_steps: int = DEFAULT_MAX_STEPS,
 ) -> Sampled:
     """Run jobs on one core, several side by side, and keep their states at equal distances of time.
 
@@ -117,7 +112,7 @@ def sampled(
     counts = [int(np.floor(span / period + 1e-9)) + 1 for span in spans]
     first = np.concatenate([[0], np.cumsum(counts)])
     samples = np.empty((int(first[-1]), len(model.states)))
-    ended = _run(loop, jobs, rtol, atol, max_steps, period, first, samples)
+    ended = _run(loop, jobs, rtol, atol, DEFAULT_MAX_STEPS, period, first, samples)
     return Sampled(
         time=[job.segments.start[0] + period * np.arange(n) for job, n in zip(jobs, counts, strict=True)],
         state=[samples[first[k] : first[k + 1]] for k in range(len(jobs))],

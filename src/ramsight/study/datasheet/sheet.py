@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -194,14 +194,8 @@ class Sheet:
         return "\n".join(lines) + "\n"
 
 
-def data_sheet(
-    plan: Plan, found: Dataset, budget: Budget | None = None, recorded: Sequence[dict[str, Any]] = ()
-) -> Sheet:
-    """What a study says.
-
-    Args:
-        recorded: recorded machines, as `recorded.held_against` gives them.
-    """
+def data_sheet(plan: Plan, found: Dataset, budget: Budget | None = None) -> Sheet:
+    """What a study says."""
     done = found.isel(machine=np.flatnonzero(found["outcome"].values == 0))
     statuses = done["statuses"].values.sum(axis=0).astype(float)
     samples = max(statuses.sum(), 1.0)
@@ -219,7 +213,6 @@ def data_sheet(
         bound=_bound(done, accuracy[VOUCHED]),
         worst=_worst(done),
         budget=budget,
-        recorded=tuple(recorded),
     )
 
 
