@@ -6,13 +6,14 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ramsight.arrays import Array
 from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.c_function import headings, indented, template
 from ramsight.deploy.c_sensor import SensorSource, golden_source, inputs_of, sensor_source, unit_table
 from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
 from ramsight.deploy.credentials import Export, credentials
-from ramsight.deploy.golden import SAMPLES, Array, faulty_day
+from ramsight.deploy.golden import SAMPLES, faulty_day
 from ramsight.deploy.profiles import ControlOptions, Profile
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError

@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.closed_loop.loop import UnitLoop
 from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.control.activity import ACTIVITIES, Activity
@@ -15,8 +15,6 @@ from ramsight.control.block import Block
 from ramsight.control.orders import Ask
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-
-Array = NDArray[np.float64]
 
 _LOAD, _MORE = 0.3, 0.5  # of the load at relief pressure, at first and then
 _START = 0.4  # of the stroke

@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from ramsight._version import __version__
+from ramsight.arrays import Array
 from ramsight.deploy.c_folder import golden_samples
 from ramsight.deploy.c_function import asset, headings, template
 from ramsight.deploy.c_sensor import ROW, input_words, output_words, sensor_source
 from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.compiler import STRICT, compile_files, run, zig_for
 from ramsight.deploy.credentials import Export, credentials
-from ramsight.deploy.golden import Array
 from ramsight.engine.kept import keep, key_of, read_kept
 from ramsight.machine.description import Machine
 from ramsight.output import check_folder, whole_folder

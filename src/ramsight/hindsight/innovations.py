@@ -12,11 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.normal import TWO_SIDED_95
 
-Array = NDArray[np.float64]
 NIS = "nis"
 """Squared innovation of a measurement of the place over its variance [1]; NaN where there was none."""
 NAMED = 5

@@ -11,18 +11,16 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ramsight.hindsight.forward import Advance, Forward, gone_through, silent
+from ramsight.arrays import Array
 from ramsight.hindsight.innovations import NIS
 from ramsight.hindsight.positions import ASIDE_SAID, Positions, probabilities, said_of
-from ramsight.hindsight.smoother import Ahead, Smoothed, backward
+from ramsight.hindsight.smoother import Advance, Ahead, Forward, Smoothed, backward, gone_through, silent
 from ramsight.hindsight.trace import Tracer
 from ramsight.sensor.quantity import FACTOR_OF, Quantity
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, LIVE, OF_POSITION, POSITION, STATUS, log_inputs, said_signals
 from ramsight.signals import Signal, Signals
 
-Array = NDArray[np.float64]
 PASSES = 3
 """How often a log is gone through at most until the smoothed start is where it was linearised."""
 CLOSE = 0.1

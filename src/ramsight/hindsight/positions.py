@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.expression import count, scalar, scalar_symbol
 from ramsight.machine.assumption_description import AssumedIntegrity
 from ramsight.normal import TWO_SIDED_95
@@ -28,7 +29,6 @@ from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import END_GIVES
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST
 
-Array = NDArray[np.float64]
 _BESIDE = ("others", "unseen", "unseen_most", "offset", "width", "wrong")
 ASIDE_SAID = (*_BESIDE, "status", "beneath")
 """What of a sample's trace is needed beside the hypotheses."""

@@ -18,6 +18,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.recursion import replay
 from ramsight.expression import Scalar, all_of, count, negated
 from ramsight.plant.unit import HydraulicUnit
@@ -30,7 +31,6 @@ from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
-Array = NDArray[np.float64]
 _PREFIX = "trace."
 
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.arrays import Array
-from ramsight.hindsight.forward import gone_through, silent
 from ramsight.hindsight.positions import probabilities
+from ramsight.hindsight.smoother import gone_through, silent
 from ramsight.hindsight.trace import Tracer
 from ramsight.logs.channel_map import AnyMap
 from ramsight.logs.opening import open_signals

@@ -12,15 +12,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
 from ramsight.signals import Samples, Signals
 from ramsight.tracking.end_visits import visits
 from ramsight.tracking.pieces import Gaps
 from ramsight.tracking.position_errors import ComparisonError
 
-Array = NDArray[np.float64]
 ALIGNMENTS = {"start": "the first sample", "reference": "the first end or reference"}
 """What is at 0 s of every run, by the word for it."""
 SHOWN = 3
