@@ -10,7 +10,7 @@ import pytest
 import xarray
 
 import ramsight
-from ramsight.output.html_page import card, curves
+from ramsight.output.notebook import card, curves
 
 HOSTILE = "<script>alert(\"1\")</script><b a='x'>&amp;"
 

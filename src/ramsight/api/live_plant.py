@@ -168,7 +168,7 @@ class LivePlant:
 
     def run(self) -> Dataset:
         """All samples so far, as `simulate` returns them, for `plot` and as a `truth`: over `time` [s], in SI."""
-        from ramsight.output.html_page import ShownDataset
+        from ramsight.output.notebook import ShownDataset
 
         columns = {name: np.array([getattr(one, name) for one in self._seen]) for name in _UNITS}
         data = {name: ("time", columns[name], {"units": si}) for name, si in _UNITS.items() if name != "time"}

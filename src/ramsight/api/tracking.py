@@ -148,7 +148,7 @@ def track(
         >>> bool(track.attrs["error_largest"] < 1e-3), track["error"].attrs["units"]
         (True, 'm')
     """
-    from ramsight.output.html_page import ShownDataset
+    from ramsight.output.notebook import ShownDataset
 
     built = build(machine, unit)
     position, std = start_of(built, start, start_std)

@@ -54,7 +54,7 @@ class Recorded:
 
     def dataset(self) -> Dataset:
         """As a Dataset over `time`; xarray takes a third of a second to be imported."""
-        from ramsight.output.html_page import ShownDataset
+        from ramsight.output.notebook import ShownDataset
 
         return ShownDataset.of(self.columns().dataset())
 

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from ramsight.circuit_picture import circuit_picture
 from ramsight.machine.parts import Cylinder, Drive, Oil
-from ramsight.output.html_page import card
+from ramsight.output.notebook import card
 from ramsight.units import format_si
 
 

@@ -69,7 +69,7 @@ class HydraulicUnit(ABC):
     def _repr_html_(self) -> str:
         """A card in a notebook: its sizes, and its circuit."""
         from ramsight.circuit_picture import circuit_picture
-        from ramsight.output.html_page import card
+        from ramsight.output.notebook import card
 
         rows = [*self._sizes(), ("parts", ", ".join(part.name for part in self.parts()))]
         return card(f"unit {self.name}", rows, circuit_picture(self, self.name))
