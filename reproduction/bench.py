@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight import Duty, drive_report, lift_lower, simulate
-from ramsight.calibration.sensors import calibrated
+from ramsight.calibration.cached import calibrated
 from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.machine.description import Machine

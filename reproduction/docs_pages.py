@@ -100,7 +100,7 @@ all) and one `.npy` file per array. In Python:
 
 ```python
 from ramsight import machine
-from ramsight.calibration.sensors import calibrated
+from ramsight.calibration.cached import calibrated
 from ramsight.calibration.sensor_file import load, save
 from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.table import table

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from ramsight import machine, units
 from ramsight.calibration import identify_replay, sensors
-from ramsight.calibration.sensors import cache_file
+from ramsight.calibration.cached import cache_file
 from ramsight.closed_loop import driven, loop
 from ramsight.deploy import c_folder, fmu, fmu_model, profiles
 from ramsight.deploy.encoder import Settings, assembly, drive_map

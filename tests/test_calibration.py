@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ramsight.calibration.cached import cache_file, calibrated
 from ramsight.calibration.movement import LOADS, TEMPERATURES, _on_common_grid, calibrate, sweep, tabulate
 from ramsight.calibration.sensor_file import table_hash
-from ramsight.calibration.sensors import cache_file, calibrated
 
 FEW = {"temperatures": np.array([303.15, 313.15]), "loads": 8}
 

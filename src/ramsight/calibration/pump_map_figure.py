@@ -87,7 +87,7 @@ def movement_figure(movement: MovementTable, title: str, path: str | Path) -> No
     """Draw a table and write the picture.
 
     Args:
-        movement: the table, as `ramsight.calibration.sensors.calibrated` makes it.
+        movement: the table, as `ramsight.calibration.cached.calibrated` makes it.
 
     Raises:
         OutputError: it cannot be written.

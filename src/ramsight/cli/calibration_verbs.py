@@ -42,9 +42,9 @@ def calibrate(
     Example: ramsight calibrate mining-loader --unit boom --out boom.sensor
     """
     unit = named_unit(machine, unit)
+    from ramsight.calibration.cached import calibrated
     from ramsight.calibration.movement import TEMPERATURES
     from ramsight.calibration.sensor_file import SUFFIX, save
-    from ramsight.calibration.sensors import calibrated
     from ramsight.machine import load_machine
     from ramsight.output import check_apart, check_figure, check_target
     from ramsight.plant.build import build
