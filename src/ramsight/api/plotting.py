@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 from ramsight.api.arguments import path_argument
 from ramsight.argument_kinds import by_kind
-from ramsight.drawing import drawn, svg
-from ramsight.drawing.notes import notes
 from ramsight.errors import DescriptionError, UnknownNameError, one_line
 from ramsight.machine import load_machine, only_unit
 from ramsight.machine.description import Machine, Unit
@@ -17,7 +15,6 @@ from ramsight.output import atomic_path, check_apart, check_figure, check_target
 from ramsight.output.atomic import suffix_of
 from ramsight.plant.build import AnyUnit, build
 from ramsight.signals import Dataset
-from ramsight.tracking.compared_figure import draw_sweep
 from ramsight.tracking.figures import LOOKS, SCREEN, Look, draw_run, draw_track, run_title, save
 from ramsight.units import argument
 
@@ -70,6 +67,8 @@ def plot(
             dataset, dataset, truth, title or f"{unit}: track of the {attributes['sensor']} sensor", look
         )
     elif kind == "simulated runs":
+        from ramsight.tracking.compared_figure import draw_sweep
+
         figure = draw_sweep(dataset, title or f"{dataset['outcome'].size} simulated runs")
     elif kind == "simulated run" and unit is not None:
         figure = draw_run(dataset, title or run_title(dataset), look)
@@ -152,6 +151,9 @@ def draw(machine: AnyUnit, path: str | Path | None = None, *, unit: str | None =
         >>> 'id="part-pump_a"' in text and 'data-node="port_a"' in text
         True
     """
+    from ramsight.drawing import drawn, svg
+    from ramsight.drawing.notes import notes
+
     file = None if path is None else path_argument(path, "path")
     check_target(file, FILES)
     if file is not None and file.suffix != ".svg":
