@@ -27,10 +27,9 @@ from bench_file import keep, rounded
 import ramsight.study.datasheet.machine_tasks as working
 from ramsight import machine
 from ramsight.study.datasheet.cluster import cluster, run
-from ramsight.study.datasheet.measuring import measures
+from ramsight.study.datasheet.measuring import measures, tracked
 from ramsight.study.datasheet.studied_duties import Work
 from ramsight.study.datasheet.study_plan import TASK, plan
-from ramsight.study.datasheet.tracks_of_many import tracked
 
 CORES = len(os.sched_getaffinity(0))
 MACHINES, QUICK = 12 * TASK, 2 * TASK  # enough that to lay out and to read the store is little

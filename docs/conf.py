@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
 import inspect
 import logging
 import posixpath
 import re
+import sys
 import warnings
 from pathlib import Path
 
@@ -16,6 +18,9 @@ import ramsight
 from ramsight import signals
 from ramsight.machine.base import Part
 from ramsight.machine.declare import Quantity
+
+sys.path.insert(0, str(Path(__file__).parent))
+from field_comments import said_of_fields
 
 project = "ramsight"
 author = "The ramsight authors"
@@ -199,6 +204,14 @@ def list_keys(app, what, name, obj, options, lines: list[str]) -> None:
         lines += ["", f":ivar {key}: {'; '.join(part for part in said if part)}"]
 
 
+def list_fields(app, what, name, obj, options, lines: list[str]) -> None:
+    """Add the fields of a dataclass to its docstring, as the comments beside them describe them."""
+    if what == "class" and dataclasses.is_dataclass(obj) and not issubclass(obj, Part):
+        for field, text in said_of_fields(obj).items():
+            if not field.startswith("_"):
+                lines += ["", f":ivar {field}: {text}."]
+
+
 def write_list_of_pages(app, error) -> None:
     """Write `llms.txt`: what the project is, and every page with the line that an index page has of it."""
     if error or app.builder.format != "html":
@@ -231,5 +244,6 @@ def setup(app) -> None:
     app.connect("source-read", list_the_package)
     app.connect("autodoc-process-docstring", join_names, priority=100)  # before Napoleon
     app.connect("autodoc-process-docstring", list_keys, priority=600)
+    app.connect("autodoc-process-docstring", list_fields, priority=600)
     app.connect("autodoc-process-signature", leave_out_signature)
     app.connect("build-finished", write_list_of_pages)

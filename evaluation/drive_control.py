@@ -22,9 +22,8 @@ from loader_control import TARGETS as LOADER_TARGETS
 
 from ramsight import machine
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
 from ramsight.closed_loop.planning import Visit
-from ramsight.closed_loop.referencing import Referencing
+from ramsight.closed_loop.referencing import Feedback, LoopSettings, Referencing
 from ramsight.control.drive_watch import Verdict
 from ramsight.control.repeats import repeats, repeats_in_a_row
 from ramsight.control.repeats import runs as in_a_row

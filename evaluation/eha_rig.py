@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 import ramsight
-from ramsight.calibration.fit_report import motor_with
 from ramsight.calibration.fit_track import FittedValues, MeasuredRun
+from ramsight.calibration.identify_report import motor_with
 from ramsight.logs import read_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap

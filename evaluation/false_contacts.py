@@ -21,8 +21,8 @@ from ramsight.duty import simulate
 from ramsight.duty.loader_work import loader_work
 from ramsight.duty.profile import Duty
 from ramsight.duty.work_day import work_day
-from ramsight.hindsight.forward import gone_through, silent
 from ramsight.hindsight.innovations import Innovation
+from ramsight.hindsight.smoother import gone_through, silent
 from ramsight.hindsight.trace import Tracer
 from ramsight.intervals import true_intervals
 from ramsight.plant.ddh import DdhUnit

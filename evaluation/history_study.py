@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.histories.forecast import LIMIT, Forecast, forecasts
-from ramsight.histories.steps import Explained, explained
-from ramsight.histories.trend import YEAR, Series
+from ramsight.histories.trend import YEAR, Explained, Series, explained
 from ramsight.machine import load_machine
 from ramsight.plant.build import build
 

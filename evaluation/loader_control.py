@@ -16,9 +16,8 @@ import numpy as np
 
 from ramsight import machine
 from ramsight.closed_loop.loop import ClosedLoop
-from ramsight.closed_loop.loop_settings import USUAL, Feedback, LoopSettings
 from ramsight.closed_loop.planning import Knowledge, Visit, plan
-from ramsight.closed_loop.referencing import Referencing, felt
+from ramsight.closed_loop.referencing import USUAL, Feedback, LoopSettings, Referencing, felt
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported

@@ -19,7 +19,7 @@ from circuits import CIRCUITS, catalogued
 from numpy.typing import NDArray
 
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.control.trajectory import Limits
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.output import atomic_path

@@ -20,8 +20,7 @@ from flow_law import columns
 from numpy.typing import NDArray
 from real_oil import COLD, HOT, Bench, auc, design, fitted, read, viscosity
 
-from ramsight.histories.steps import explained
-from ramsight.histories.trend import Series
+from ramsight.histories.trend import Series, explained
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[1]

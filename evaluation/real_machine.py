@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from ramsight import machine
 from ramsight.duty import DriveReport, Duty, Magnets, Profile, report, simulate
-from ramsight.duty.link_report import LinkReport
 from ramsight.duty.oil_warming import warmed
 from ramsight.duty.profile import constant
+from ramsight.duty.reading_report import LinkReport
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build

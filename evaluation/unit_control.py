@@ -15,7 +15,7 @@ import numpy as np
 from circuits import CIRCUITS, catalogued
 
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 

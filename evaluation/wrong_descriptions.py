@@ -14,8 +14,7 @@ import numpy as np
 import ramsight
 from ramsight.machine.base import walk
 from ramsight.study.commissioning.log_checks import leakage
-from ramsight.study.commissioning.observed import observed
-from ramsight.study.commissioning.wrong_values import Judgement, judge
+from ramsight.study.commissioning.wrong_values import Judgement, judge, observed
 
 UNITS = {"mining-loader": "boom", "forklift-mast": "lift"}
 VALUES = {

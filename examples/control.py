@@ -10,7 +10,7 @@ import numpy as np
 
 from ramsight import machine
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build

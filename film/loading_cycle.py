@@ -10,7 +10,7 @@ import numpy as np
 
 from ramsight import AsBuilt, DescriptionError, DriveResponse
 from ramsight.closed_loop.loop import ClosedLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.duty.linked_duty import simulate_linked
 from ramsight.duty.loading import PHASES, Phase
 from ramsight.duty.simulate import SAMPLE_PERIOD

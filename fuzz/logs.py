@@ -84,7 +84,7 @@ def frames(name: str, **options: Any) -> Callable[[Path], Prepared]:
         import cantools
 
         import can
-        from ramsight.logs.frames_by_suffix import open_frames
+        from ramsight.logs.source_by_suffix import open_frames
 
         judge = Judge()
         database = cantools.database.load_file(_DBC)
@@ -156,7 +156,7 @@ def check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
 def _begun(path: Path, prepared: Prepared) -> float:
     """How late the first frame is [s]; clocks of CAN logs count from there, those of tables have their own zero."""
     from ramsight.errors import RamsightError
-    from ramsight.logs.frames_by_suffix import open_frames
+    from ramsight.logs.source_by_suffix import open_frames
 
     if prepared.first_time is None:
         return 0.0

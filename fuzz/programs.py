@@ -91,7 +91,7 @@ def _rows(name: str, header: str, row: Callable[[Any], str]) -> Any:
         import cantools
 
         import can
-        from ramsight.logs.frames_by_suffix import open_frames
+        from ramsight.logs.source_by_suffix import open_frames
 
         judge = Judge()
         lines = [row(one) for one in messages(judge, cantools.database.load_file(_DBC), can)]

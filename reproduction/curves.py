@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ramsight.calibration.movement_figure import MM_PER_REVOLUTION, draw_movement
+from ramsight.calibration.pump_map_figure import MM_PER_REVOLUTION, draw_movement
 from ramsight.sensor.table import MovementTable
 from ramsight.units import FREEZING
 from reproduction.bench import Bench

@@ -14,8 +14,8 @@ from ramsight.drawing import Sheet, drawn
 from ramsight.drawing.mechanism.bodies import shapes
 from ramsight.drawing.mechanism.scenery import scenery
 from ramsight.drawing.notes import notes
-from ramsight.drawing.raster import paint
 from ramsight.drawing.shapes import Area, Line, Word
+from ramsight.drawing.svg import paint
 from ramsight.machine.description import DirectDriven
 from ramsight.machine.parts import Pump
 from ramsight.plant.ddh import DdhUnit

@@ -9,7 +9,7 @@ import ramsight
 from ramsight.api import abilities as module
 from ramsight.api.abilities import abilities
 from ramsight.duty.recorded import Recorded, Signal
-from ramsight.duty.run_summary import run_cautions
+from ramsight.duty.run_figures import run_cautions
 from ramsight.plant.holding import held_by_valve
 
 from .test_rehearsal import UNITS

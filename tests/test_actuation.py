@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.control.activity import Activity
-from ramsight.control.actuation import Actuation
+from ramsight.control.actuation import Actuation, Tuning
 from ramsight.control.position import PositionControl
 from ramsight.control.trajectory import Limits
-from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import LiveUnit, Reported
 from ramsight.machine.assumption_description import SURE_START, AssumedMachine, Assumptions

@@ -10,8 +10,8 @@ from scipy.stats import norm
 
 from ramsight import machine
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
 from ramsight.closed_loop.planning import learned_covariance, learned_factors
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.logs import read_log
 from ramsight.plant.as_built import AsBuilt

@@ -21,7 +21,7 @@ from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import standard_map
 from ramsight.sensor.contacts.mode import Mode
 from ramsight.sensor.status import Status
-from ramsight.study.commissioning import log_checks, sensor_checks
+from ramsight.study.commissioning import log_checks
 from ramsight.study.commissioning.finding import Finding, Verdict
 from ramsight.study.commissioning.walk import Commissioning
 
@@ -144,23 +144,23 @@ def test_visits_are_counted_once_and_by_where_they_are(boom):
         moves, (Mode.HELD_EXTENDING, 0.1, 0.7), moves, (Mode.HELD_EXTENDING, 1.0, 0.7), moves,
         (Mode.HELD_EXTENDING, 1.0, 0.4), moves, (Mode.HELD_RETRACTING, 1.0, np.nan), moves,
     )  # fmt: skip
-    seen = sensor_checks.contacts(track, 0.7)
+    seen = log_checks.contacts(track, 0.7)
     assert (seen.retracted, seen.extended, seen.elsewhere) == (1, 1, 1)
-    assert sensor_checks.stops(track, boom).verdict is Verdict.LOOK_TWICE
+    assert log_checks.stops(track, boom).verdict is Verdict.LOOK_TWICE
     both = track_of(*[moves, (Mode.HELD_RETRACTING, 1.0, 0.0), moves, (Mode.HELD_EXTENDING, 1.0, 0.7)] * 2)
-    assert sensor_checks.stops(both, boom).verdict is Verdict.PASSED
-    assert sensor_checks.stops(track_of(moves), boom).verdict is Verdict.FAILED
+    assert log_checks.stops(both, boom).verdict is Verdict.PASSED
+    assert log_checks.stops(track_of(moves), boom).verdict is Verdict.FAILED
 
 
 def test_a_load_taken_off_while_the_motor_stands_is_no_obstacle():
     moves, rests = (Mode.MOVING, 10.0, 0.3), (Mode.RESTING_ON_VALVE, 10.0, 0.3)
     track = track_of(moves, rests, (Mode.HELD_RETRACTING, 1.0, 0.3), rests, (Mode.HELD_RETRACTING, 1.0, 0.0), rests)
-    assert sensor_checks.contacts(track, 0.7).elsewhere == 1
+    assert log_checks.contacts(track, 0.7).elsewhere == 1
     track["motor_speed"][int(12.0 / 0.02) :] = 0.0
-    seen = sensor_checks.contacts(track, 0.7)
+    seen = log_checks.contacts(track, 0.7)
     assert (seen.elsewhere, seen.retracted) == (0, 1)
     track["motor_speed"][int(19.8 / 0.02) : int(19.9 / 0.02)] = -50.0  # pressed there until just before
-    assert sensor_checks.contacts(track, 0.7).elsewhere == 1
+    assert log_checks.contacts(track, 0.7).elsewhere == 1
 
 
 @pytest.mark.parametrize(
@@ -172,11 +172,11 @@ def test_errors_are_judged_by_the_band(scale, verdict):
     status = np.full(5000, int(Status.OK))
     data = {"error": ("time", error), "position_std": ("time", np.full(5000, 1e-3)), "status": ("time", status)}
     track = xarray.Dataset(data, coords={"time": np.arange(5000.0)})
-    assert sensor_checks.truth(track).verdict is verdict
+    assert log_checks.truth(track).verdict is verdict
     # What the sensor says is invalid is not counted, however wrong it is.
     lost = track.copy(deep=True)
     lost["status"][:1000], lost["error"][:1000] = int(Status.TOO_UNCERTAIN), 0.5
-    found = sensor_checks.truth(lost)
+    found = log_checks.truth(lost)
     assert found.verdict is verdict
     assert ("1000 invalid ones are not counted" in found.found) == (verdict is not Verdict.OPEN)
 
@@ -185,12 +185,12 @@ def test_a_visit_to_an_empty_chamber_is_one_though_noise_looks_like_letting_go(b
     """The contact is seen at once, and its chamber gives no force that could tell that the piston stays."""
     moves, short = (Mode.MOVING, 6.0, 0.3), (Mode.HELD_RETRACTING, 0.06, 0.0)
     kept = track_of(moves, short, (Mode.LEAVING, 4.0, 0.0), moves, (Mode.HELD_EXTENDING, 1.0, 0.7))
-    found = sensor_checks.contacts(kept, boom.cylinder.stroke)
+    found = log_checks.contacts(kept, boom.cylinder.stroke)
     assert (found.retracted, found.extended, found.elsewhere) == (1, 1, 0)
     left = track_of(moves, short, (Mode.LEAVING, 0.04, 0.0), moves)
-    assert sensor_checks.contacts(left, boom.cylinder.stroke).retracted == 0
+    assert log_checks.contacts(left, boom.cylinder.stroke).retracted == 0
     between = track_of(moves, (Mode.HELD_RETRACTING, 0.06, 0.3), (Mode.LEAVING, 4.0, 0.3), moves)
-    assert sensor_checks.contacts(between, boom.cylinder.stroke).elsewhere == 0
+    assert log_checks.contacts(between, boom.cylinder.stroke).elsewhere == 0
 
 
 @pytest.mark.parametrize(
@@ -216,7 +216,7 @@ def identification(name, estimate, judged_by):
 def test_a_factor_is_doubtful_where_its_whole_interval_is_beyond_what_is_expected():
     def verdict(low, high, identified=True):
         estimate = Estimate((low + high) / 2, low, high, identified)
-        return sensor_checks.identified(identification("leak", estimate, 0.3))[0].verdict
+        return log_checks.identified(identification("leak", estimate, 0.3))[0].verdict
 
     assert verdict(1.2, 1.4) is Verdict.PASSED
     assert verdict(1.31, 1.4) is Verdict.LOOK_TWICE
@@ -238,7 +238,7 @@ def test_a_finding_says_what_its_interval_does_not_hold():
 
     def found(per_kelvin, per_torque):
         estimate = Estimate(1.0, 0.99, 1.01, identified=True, per_kelvin=per_kelvin, per_torque=per_torque)
-        return sensor_checks.identified(identification("leak", estimate, 0.3))[0].found
+        return log_checks.identified(identification("leak", estimate, 0.3))[0].found
 
     assert found(-0.038, -0.011).endswith(
         "; -0.038 for each K that the oil is warmer than reported, -0.011 for each % that the torque is larger"
@@ -348,8 +348,8 @@ def test_a_last_position_that_is_hardly_known_is_worth_a_second_look(std, verdic
     """5 % of 700 mm are 35 mm, which 1.96 times 17.9 mm is."""
     data = {"status": ("time", np.zeros(10, dtype=int)), "position_std": ("time", np.full(10, std))}
     track = xarray.Dataset(data, coords={"time": np.arange(10.0)})
-    assert sensor_checks.confidence(track, True, 0.7).verdict is verdict
-    assert sensor_checks.confidence(track, False, 0.7).verdict is Verdict.LOOK_TWICE, "the motor turns"
+    assert log_checks.confidence(track, True, 0.7).verdict is verdict
+    assert log_checks.confidence(track, False, 0.7).verdict is Verdict.LOOK_TWICE, "the motor turns"
 
 
 def test_one_reservation_is_one(boom, rehearsed):
@@ -422,5 +422,5 @@ def test_a_built_unit_has_no_description_to_be_tuned(boom, rehearsed, tmp_path):
 def test_three_visits_with_both_ends_among_them_tell_a_machine(monkeypatch, visits, verdict):
     boom = ramsight.build("mining-loader", unit="boom")
     found = [SimpleNamespace(where=where, position=0.1) for where in visits]
-    monkeypatch.setattr(sensor_checks, "visits", lambda track, stroke: found)
-    assert sensor_checks.stops(None, boom).verdict is verdict
+    monkeypatch.setattr(log_checks, "visits", lambda track, stroke: found)
+    assert log_checks.stops(None, boom).verdict is verdict

@@ -9,9 +9,18 @@ import pytest
 import ramsight
 from ramsight.calibration.identify import FACTORS, Estimate, Identification
 from ramsight.calibration.leakage import LeakTest
-from ramsight.study.commissioning.changes import Change, changed, changes, table_text
 from ramsight.study.commissioning.finding import Verdict
-from ramsight.study.commissioning.kept_values import Measured, kept_of, measured, over, read_kept
+from ramsight.study.commissioning.kept_values import (
+    Change,
+    Measured,
+    changed,
+    changes,
+    kept_of,
+    measured,
+    over,
+    read_kept,
+    table_text,
+)
 
 from .command import at_once
 

@@ -9,8 +9,8 @@ import pytest
 from ramsight import machine
 from ramsight.closed_loop.driven import together
 from ramsight.closed_loop.loop import ClosedLoop
-from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
 from ramsight.closed_loop.planning import learned_covariance, learned_factors
+from ramsight.closed_loop.referencing import Feedback, LoopSettings
 from ramsight.control.activity import Activity
 from ramsight.control.block import position_block
 from ramsight.control.position import PositionControl

@@ -12,14 +12,13 @@ from ramsight.closed_loop import thresholds as loop_thresholds
 from ramsight.constant import Constant, constants_of
 from ramsight.control import thresholds
 from ramsight.control.activity import Event
-from ramsight.control.actuation import Actuation
+from ramsight.control.actuation import Actuation, Tuning
 from ramsight.control.block import stopping_ramp
 from ramsight.control.moving import LeakTest, Steering, at_power_up, begun, landed, leak_tested, moved, ordered, steered
 from ramsight.control.orders import Ask, LastOrder, Orders, Reason, read_orders
 from ramsight.control.sensing import Sensed, reliance_on, sensed_at, smoothed_temperature, trust
 from ramsight.control.sensing import may_home as homes
 from ramsight.control.trajectory import Limits
-from ramsight.control.tuning import Tuning
 from ramsight.engine.typed_state import leaves
 from ramsight.expression import flag, scalar
 from ramsight.sensor.status import Status

@@ -28,20 +28,20 @@ from ramsight.sensor.status import Status
 from ramsight.study.datasheet import cluster as clusters
 from ramsight.study.datasheet import machine_tasks, statistics, store
 from ramsight.study.datasheet import study_plan as plans
+from ramsight.study.datasheet.budget import REPORTED, differences, linear_budget
 from ramsight.study.datasheet.drawn import draw, ready
-from ramsight.study.datasheet.linear import REPORTED, differences, linear_budget
 from ramsight.study.datasheet.machine_tasks import runs, work_through
-from ramsight.study.datasheet.measuring import GROUPS, TAUGHT, VOUCHED, Track, drift_of, measures
-from ramsight.study.datasheet.sobol import indices, saltelli
+from ramsight.study.datasheet.measuring import GROUPS, TAUGHT, VOUCHED, Track, drift_of, measures, tracked
 from ramsight.study.datasheet.statistics import (
     Known,
+    indices,
     pooled_quantiles,
     quantile_of_counts,
     quantile_of_machines,
+    saltelli,
     share_of,
     slope_of,
 )
-from ramsight.study.datasheet.tracks_of_many import tracked
 
 COUNT, TASK = 5, 2
 TRACES = Path(__file__).parent / "traces"

@@ -10,7 +10,7 @@ from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.compiler import find_compiler
 from ramsight.duty import DriveReport, report, simulate
-from ramsight.duty.one_way import one_way
+from ramsight.duty.plan import one_way
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.errors import DescriptionError, LogError, UnknownNameError
 from ramsight.plant.build import build

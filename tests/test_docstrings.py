@@ -4,6 +4,7 @@ import ast
 import importlib
 import inspect
 import re
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 
 import pytest
@@ -82,6 +83,54 @@ def test_the_public_functions_are_among_them():
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_numbers_have_their_units_in_the_docstring(name):
     assert without_unit(FUNCTIONS[name]) == []
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_list_of_arguments_is_whole_in_the_reference(name):
+    """Elsewhere it has what name and type of an argument do not say."""
+    said = described(inspect.getdoc(FUNCTIONS[name]) or "")
+    asked = {one for one in inspect.signature(FUNCTIONS[name]).parameters if one not in ("self", "cls")}
+    assert not said or asked <= said.keys()
+
+
+@pytest.fixture
+def said_of_fields(script):
+    return script("field_comments", "docs").said_of_fields
+
+
+def test_the_pages_list_what_is_said_beside_a_field(said_of_fields):
+    @dataclass
+    class Seen:
+        """What was seen."""
+
+        time: float  # of it [s]
+        # low, high: ends of its band [m]
+        low: float
+        high: float
+        # name: of the one that said it, which is
+        # longer than a line
+        name: str = "nobody"
+        # Nobody asks for it.
+        unsaid: bool = False
+
+    said = said_of_fields(Seen)
+    band, name = "ends of its band [m]", "of the one that said it, which is longer than a line"
+    assert said == {"time": "of it [s]", "low/high": band, "name": name}
+
+
+def test_numbers_of_the_reference_are_described(said_of_fields):
+    """Each once: beside the field, or in the docstring."""
+    kinds = {found for _, found in documented() if inspect.isclass(found) and is_dataclass(found)}
+    described = {kind: "/".join(said_of_fields(kind)).split("/") for kind in kinds if said_of_fields(kind)}
+    assert len(described) > 40
+    missing = [
+        f"{kind.__name__}.{one.name}"
+        for kind, said in described.items()
+        for one in fields(kind)
+        if one.name in kind.__annotations__ and NUMBER.search(str(one.type)) and not one.name.startswith("_")
+        if one.name not in said and one.name not in (inspect.getdoc(kind) or "")
+    ]
+    assert missing == []
 
 
 def test_a_number_without_its_unit_is_seen():

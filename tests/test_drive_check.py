@@ -17,8 +17,7 @@ from ramsight import machine
 from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.listening import Listener
 from ramsight.duty import report, simulate
-from ramsight.duty.drive_report import declared_report
-from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
+from ramsight.duty.drive_report import PowerReport, ShaftReport, declared_power, declared_report, declared_shaft
 from ramsight.duty.faults import Fault, inject
 from ramsight.duty.work_day import work_day
 from ramsight.engine.typed_state import column, leaf, symbols

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.duty import DriveReport
 from ramsight.duty.drive_response import Delay, DriveResponse, Follower
 from ramsight.duty.live_drive import LiveDrive

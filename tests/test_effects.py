@@ -25,10 +25,10 @@ from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.balance import balance, without_friction
 from ramsight.plant.build import build
-from ramsight.plant.cautions import cautions
 from ramsight.plant.heat import HeatStores
 from ramsight.plant.limits import limits_of
 from ramsight.plant.linked import build_linked
+from ramsight.plant.machine_tables import cautions
 from ramsight.plant.steady import derive
 from ramsight.sensor.balance import balance as balance_sensor
 from ramsight.sensor.circuit.leakage import unfilled_std

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import cantools
 import pytest
+from ramsight.duty.lifting import lifting
 from typer.testing import CliRunner
 
 import ramsight
@@ -21,7 +22,6 @@ from ramsight.deploy.encoder.j1939 import Broadcasting, Message
 from ramsight.deploy.encoder.j1939_weighing import WeighingMessages, weighing_messages_of
 from ramsight.deploy.encoder.objects import LOAD_STATUSES, NO_SCALE, NO_WEIGHING, QUALITIES
 from ramsight.deploy.encoder.played_drive import played_map
-from ramsight.duty.lifting import lifting
 from ramsight.duty.linked_duty import simulate_linked, unit_run
 from ramsight.logs import write_log
 from ramsight.logs.channel_map import load_map

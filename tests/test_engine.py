@@ -12,9 +12,8 @@ from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import generated_module, instructions
 from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.engine.graph import graph_of
-from ramsight.engine.outcome import Outcome
 from ramsight.engine.recursion import Graph, Recursion, replay, replay_many
-from ramsight.engine.run import Segments, integrate, outputs
+from ramsight.engine.run import Outcome, Segments, integrate, outputs
 
 
 def equation(rhs, *, names, n_parameters=0, tolerance=1e-12, extra=()):

@@ -12,8 +12,7 @@ from ramsight import machine
 from ramsight.duty import Duty, Profile, lift_lower
 from ramsight.duty.profile import constant
 from ramsight.engine.batch import Job, batches, sampled
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import integrate
+from ramsight.engine.run import Outcome, integrate
 from ramsight.plant.build import build
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.unit import circuit, initial_state

@@ -76,7 +76,7 @@ def test_what_the_package_hands_out_and_what_not():
 
 def test_the_toml_of_the_plants_pages_is_read():
     from ramsight import machine
-    from ramsight.machine.efficiencies import read_efficiencies
+    from ramsight.machine.pump_description import read_efficiencies
 
     pages = ("explanation/pump-laws", "how-to/own-circuit")
     text = "\n".join((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8") for page in pages)

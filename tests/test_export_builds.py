@@ -9,7 +9,7 @@ import pytest
 from ramsight import machine
 from ramsight.deploy.c_folder import STEPS, build_files, write_sensor
 from ramsight.deploy.compiler import CompilerError, ControlFootprint, Footprint, _stack, bodies, find_compiler, run
-from ramsight.deploy.control_options import ControlOptions
+from ramsight.deploy.profiles import ControlOptions
 
 COMPILER = find_compiler()
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from ramsight import machine
 from ramsight.cli import app
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.control.activity import ACTIVITIES, Activity
 from ramsight.control.block import position_block
 from ramsight.control.orders import INPUTS, Ask, Reason
@@ -18,9 +18,9 @@ from ramsight.control.trajectory import Limits
 from ramsight.deploy.c_control import control_source, golden_control
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, CompilerError, find_compiler, run
-from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_control import golden_run
+from ramsight.deploy.profiles import ControlOptions
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.engine.typed_state import initial_values
 from ramsight.plant.limits import limits_of

@@ -9,10 +9,9 @@ from dataclasses import replace
 import pytest
 
 from ramsight import machine
-from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.credentials import DESCRIPTION, Export, card, credentials
 from ramsight.deploy.fmu import write_fmu
-from ramsight.deploy.profiles import Profile
+from ramsight.deploy.profiles import ControlOptions, Profile
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.plant.build import build
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from ramsight import machine
-from ramsight.deploy.c_machine import MachineTable, initializer, table_header
-from ramsight.deploy.c_sensor import inputs_of, machine_table, sensor_source
+from ramsight.deploy.c_sensor import MachineTable, initializer, inputs_of, machine_table, sensor_source, table_header
 from ramsight.deploy.compiler import STRICT, find_compiler, library
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden import faulty_day

@@ -13,12 +13,11 @@ from typer.testing import CliRunner
 
 from ramsight import machine
 from ramsight.cli import app
-from ramsight.deploy import platforms
+from ramsight.deploy import compiler as platforms
 from ramsight.deploy.c_sensor import inputs_of
-from ramsight.deploy.compiler import STRICT, CompilerError, run
+from ramsight.deploy.compiler import PLATFORMS, STRICT, CompilerError, binaries, platforms_of, run
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden import faulty_day
-from ramsight.deploy.platforms import PLATFORMS, binaries, platforms_of
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
 from ramsight.plant.build import build
@@ -102,7 +101,7 @@ def test_a_binary_says_what_python_says(tmp_path, name):
     target, program = PLATFORMS[name].target, tmp_path / ("importer.exe" if name == "win64" else "importer")
     zig, more = platforms.zig_for("a test"), [] if name == "win64" else ["-ldl"]
     # By the options of the library: for others zig compiles the system's own libraries once more, a minute's work.
-    options = [one for one in platforms.OPTIONS if one not in (*STRICT, "-shared")]
+    options = [one for one in platforms.LIBRARY_OPTIONS if one not in (*STRICT, "-shared")]
     run(
         [zig, "cc", "-target", target, *options, f"-DSTATUS={reals}", "importer.c", "-o", program.name, *more], tmp_path
     )

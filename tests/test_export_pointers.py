@@ -9,7 +9,7 @@ import ctypes
 import numpy as np
 import pytest
 
-from ramsight.deploy.c_text import template
+from ramsight.deploy.c_function import template
 from ramsight.deploy.compiler import STRICT, find_compiler, library
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")

@@ -11,8 +11,7 @@ from evaluation.judged_errors import judge
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.compiler import find_compiler
-from ramsight.deploy.control_options import ControlOptions
-from ramsight.deploy.profiles import SURE_ENDS, Profile, profile_of
+from ramsight.deploy.profiles import SURE_ENDS, ControlOptions, Profile, profile_of
 from ramsight.errors import DescriptionError
 from ramsight.logs import read_log, read_truth
 from ramsight.machine.as_toml import as_toml

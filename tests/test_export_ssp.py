@@ -8,10 +8,9 @@ import pytest
 
 from ramsight import machine
 from ramsight.deploy.compiler import find_compiler
-from ramsight.deploy.control_options import ControlOptions
-from ramsight.deploy.fmu_variable import Variable
-from ramsight.deploy.ssd import Part, Structure, Wire, system_structure
-from ramsight.deploy.ssp import DESCRIPTION, PARAMETERS, write_ssp
+from ramsight.deploy.fmu_units import Variable
+from ramsight.deploy.profiles import ControlOptions
+from ramsight.deploy.ssp import DESCRIPTION, PARAMETERS, Part, Structure, Wire, system_structure, write_ssp
 from ramsight.errors import DescriptionError, OutputError
 
 from .command import at_once

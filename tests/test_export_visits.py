@@ -19,9 +19,9 @@ from ramsight.control.thresholds import NO_PLACE
 from ramsight.deploy.c_control import control_source
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, find_compiler, library
-from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_control import Recording
+from ramsight.deploy.profiles import ControlOptions
 from ramsight.duty.live import Reported
 from ramsight.engine.recursion import replay
 from ramsight.engine.typed_state import initial_values

@@ -10,8 +10,8 @@ from ramsight.control.activity import ACTIVITIES, Activity
 from ramsight.control.drive_watch import Verdict
 from ramsight.control.orders import INPUTS, STOPPED_BY, Ask, Reason
 from ramsight.control.position import PositionControl
-from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.golden_control import Recording
+from ramsight.deploy.profiles import ControlOptions
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.plant.drive import ServoDrive
 from ramsight.plant.limits import limits_of

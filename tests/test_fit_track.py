@@ -8,9 +8,9 @@ import pytest
 import ramsight
 from ramsight import machine
 from ramsight.calibration import fit_track as fitting
-from ramsight.calibration.fit_report import map_with
 from ramsight.calibration.fit_track import MeasuredRun
 from ramsight.calibration.free_values import FreeValue, free_values, with_values
+from ramsight.calibration.identify_report import map_with
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import SensorCurve
 

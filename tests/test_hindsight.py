@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import ramsight
 from ramsight.errors import DescriptionError
-from ramsight.hindsight import forward
+from ramsight.hindsight import smoother
 from ramsight.hindsight.innovations import Innovation, Innovations, mean_range
 from ramsight.hindsight.looking_back import Recalled, looked_back, ways_of
 from ramsight.hindsight.positions import Positions, said_of, truncated
@@ -421,7 +421,7 @@ def test_blocks_change_nothing(bucket, monkeypatch):
     tracer.sensor.start(0.4)
     state = tracer.sensor.state
     whole = looked_back(tracer, short, state)
-    monkeypatch.setattr(forward, "BLOCK", 1000)
+    monkeypatch.setattr(smoother, "BLOCK", 1000)
     parts = looked_back(tracer, short, state)
     for name in ("position", "position_std", "leak_factor", "position_bound"):
         assert np.abs(whole.track[name].values - parts.track[name].values).max() < 1e-9

@@ -11,9 +11,8 @@ import pytest
 
 import ramsight
 from ramsight.histories.assessed import History, State, assessed
-from ramsight.histories.assessed_text import machine_text
 from ramsight.histories.dated import instant
-from ramsight.histories.history_page import fleet_page
+from ramsight.histories.history_page import fleet_page, machine_text
 from ramsight.histories.history_store import Event, HistoryStore, Kept
 from ramsight.histories.record import Learned, MachineKey
 

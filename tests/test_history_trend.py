@@ -9,11 +9,21 @@ from ramsight.errors import DescriptionError
 from ramsight.histories import trend as trends
 from ramsight.histories.cause import CAUSES, UNEXPLAINED, suspected
 from ramsight.histories.fleet import FEWEST, population
-from ramsight.histories.followed import FOLLOWED, limited
 from ramsight.histories.forecast import FEWEST as FEWEST_RECORDS
-from ramsight.histories.forecast import HORIZON, forecasts, passed
-from ramsight.histories.steps import SURE, explained, likeliest
-from ramsight.histories.trend import KINDS, LEVEL_STD, SLOPE_STD, STEP_STD, THERMOMETER_STD, YEAR, Series, trend
+from ramsight.histories.forecast import FOLLOWED, HORIZON, forecasts, limited, passed
+from ramsight.histories.trend import (
+    KINDS,
+    LEVEL_STD,
+    SLOPE_STD,
+    STEP_STD,
+    SURE,
+    THERMOMETER_STD,
+    YEAR,
+    Series,
+    explained,
+    likeliest,
+    trend,
+)
 
 
 def series(value, std=0.02, *, span=1.0, warm=0.0, warm2=0.0, jumps=(), time=None):

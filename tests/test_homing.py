@@ -7,11 +7,10 @@ import pytest
 
 from ramsight.control import homing
 from ramsight.control.activity import Event
-from ramsight.control.actuation import Actuation
+from ramsight.control.actuation import Actuation, Tuning
 from ramsight.control.homing import Homing, approach, end_stop, homed, is_held, pressing_load, speed_on_stop
 from ramsight.control.orders import Reason
 from ramsight.control.thresholds import LOAD_AVERAGING, NO_PLACE
-from ramsight.control.tuning import Tuning
 from ramsight.expression import flag, scalar
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status

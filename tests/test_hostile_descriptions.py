@@ -15,9 +15,9 @@ from ramsight.bounded_toml import DEEPEST, LARGEST, LONGEST_WORD, MOST, TomlErro
 from ramsight.errors import MISTAKES, DescriptionError, RamsightError, first_of
 from ramsight.logs.channel_map import load_map
 from ramsight.machine.declare import Quantity, declaration
-from ramsight.machine.efficiencies import COLUMNS, read_efficiencies
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import KINDS
+from ramsight.machine.pump_description import COLUMNS, read_efficiencies
 from ramsight.studio import draft
 from ramsight.units import parse
 

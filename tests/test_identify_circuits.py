@@ -16,7 +16,7 @@ from ramsight.calibration.identify_replay import Circuit, orifice_at_one
 from ramsight.calibration.identify_report import summary
 from ramsight.calibration.knowledge import of_identification
 from ramsight.calibration.tuned import changes, tuned
-from ramsight.machine.efficiencies import COLUMNS
+from ramsight.machine.pump_description import COLUMNS
 from ramsight.plant.build import build
 from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of

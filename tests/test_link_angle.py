@@ -10,7 +10,7 @@ import ramsight
 from evaluation.judged_errors import judge
 from ramsight import machine
 from ramsight.duty import DriveReport, report, simulate
-from ramsight.duty.link_report import LinkReport, declared_link
+from ramsight.duty.reading_report import LinkReport, declared_link
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.plant.build import build

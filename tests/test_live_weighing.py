@@ -8,8 +8,8 @@ import pytest
 import ramsight
 from ramsight import machine
 from ramsight.api.live_weighing import weigher_for
-from ramsight.duty.lifting import lifting
 from ramsight.duty.linked_duty import simulate_linked, unit_run
+from ramsight.duty.loading import lifting
 from ramsight.duty.profile import Profile
 from ramsight.plant.linked import build_linked
 from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST

@@ -10,8 +10,8 @@ import pytest
 import ramsight
 from ramsight import machine
 from ramsight.api.tool_places import followed
-from ramsight.duty.lifting import lifting
 from ramsight.duty.linked_duty import simulate_linked, unit_run
+from ramsight.duty.loading import lifting
 from ramsight.logs import write_log
 from ramsight.machine import catalogue
 from ramsight.machine.as_toml import as_toml

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from ramsight.errors import DescriptionError, LogError
 from ramsight.logs import read_log
+from ramsight.logs.align import Resampler
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import Motor, SensorCurve
 from ramsight.logs.opening import read_measured
-from ramsight.logs.resample import Resampler
 
 MAP = """
 time = {channel = "t", unit = "ms"}

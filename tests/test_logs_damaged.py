@@ -19,10 +19,10 @@ from ramsight.logs import mdf_file, open_log, read_log, write_log
 from ramsight.logs.can_dbc import dbc_fields
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.csv_table import CsvTable
-from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.shown import inspection_table
+from ramsight.logs.source_by_suffix import open_frames
 from ramsight.machine import load_machine
 
 from . import log_bench
@@ -75,7 +75,7 @@ import resource, sys
 from ramsight.logs import read_log
 from ramsight.logs.can_dbc import dbc_fields
 from ramsight.logs.channel_map import load_map
-from ramsight.logs.frames_by_suffix import open_frames
+from ramsight.logs.source_by_suffix import open_frames
 from ramsight.errors import RamsightError
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 for path in sys.argv[1:]:

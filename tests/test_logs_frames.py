@@ -9,9 +9,9 @@ import pytest
 from ramsight.errors import LogError, LogWarning
 from ramsight.logs import read_log
 from ramsight.logs.frames import EXTENDED, Frame
-from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
+from ramsight.logs.source_by_suffix import open_frames
 
 from .log_bench import HEADER, written
 

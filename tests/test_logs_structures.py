@@ -224,7 +224,7 @@ def test_a_length_code_of_can_fd_is_a_number_of_bytes(tmp_path):
     )  # fmt: skip
     mdf.save(tmp_path / "log.mf4", overwrite=True)
     mdf.close()
-    from ramsight.logs.frames_mdf import mdf_frames
+    from ramsight.logs.source_mdf import mdf_frames
 
     assert [len(frame.data) for frame in mdf_frames(tmp_path / "log.mf4")] == [64, 12, 8]
 

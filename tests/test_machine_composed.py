@@ -14,8 +14,8 @@ from ramsight.errors import DescriptionError, RamsightError
 from ramsight.machine import catalogue
 from ramsight.machine.placed import KINDS
 from ramsight.plant.build import build
-from ramsight.plant.cautions import cautions
 from ramsight.plant.ddh import build_ddh
+from ramsight.plant.machine_tables import cautions
 from ramsight.plant.steady import derive, torque_at_load
 from ramsight.plant.unit import side_nodes
 

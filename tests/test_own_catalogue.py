@@ -8,8 +8,8 @@ import ramsight
 from ramsight import machine
 from ramsight.errors import DescriptionError, RamsightError
 from ramsight.machine import catalogue
-from ramsight.machine.efficiencies import read_efficiencies
 from ramsight.machine.own_entries import check_own
+from ramsight.machine.pump_description import read_efficiencies
 from ramsight.machine.pump_map import KEY, read_map, with_map
 from ramsight.machine.reading import from_catalogue
 from ramsight.machine.viscosity import viscosity_of

@@ -9,8 +9,7 @@ from ramsight import machine
 from ramsight.duty import Duty, Profile
 from ramsight.duty.profile import constant
 from ramsight.engine.equation import OdeModel, State
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import Segments, integrate
+from ramsight.engine.run import Outcome, Segments, integrate
 from ramsight.plant.build import build
 from ramsight.plant.unit import circuit, initial_state
 

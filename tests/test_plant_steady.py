@@ -10,8 +10,8 @@ from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.errors import DescriptionError
 from ramsight.machine.parts import ReliefValve
 from ramsight.plant.build import build
-from ramsight.plant.cautions import cautions
 from ramsight.plant.ddh import build_ddh
+from ramsight.plant.machine_tables import cautions
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.pump import friction_coefficient
 from ramsight.plant.steady import derive, torque_at_load

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
 from ramsight.closed_loop.planning import Visit
-from ramsight.closed_loop.referencing import Referencing, felt
+from ramsight.closed_loop.referencing import LoopSettings, Referencing, felt
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate

@@ -7,8 +7,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ramsight.control.repeats import repeats, repeats_in_a_row, runs, runs_of, upper_share
-from ramsight.control.speed_repeats import look, nothing_learned
+from ramsight.control.repeats import look, nothing_learned, repeats, repeats_in_a_row, runs, runs_of, upper_share
 from ramsight.control.thresholds import FALSE_ALARM_RATE
 from ramsight.engine.recursion import Live, recursion_of
 from ramsight.engine.typed_state import leaf, symbols

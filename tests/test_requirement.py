@@ -15,7 +15,7 @@ from ramsight.machine.requirement_description import Requirement
 from ramsight.sensor.contacts.mode import Mode
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.study.commissioning import sensor_checks
+from ramsight.study.commissioning import log_checks
 from ramsight.study.commissioning.finding import Verdict
 from ramsight.study.datasheet.sheet_requirement import MEASURES, SheetRequirement, mending
 from ramsight.tracking.requirement_check import require
@@ -104,11 +104,11 @@ def test_a_requirement_for_some_time_after_a_reference_counts_no_later_errors():
 
 def test_a_band_wider_than_required_is_worth_a_second_look_though_the_errors_are_within():
     track = track_of(np.full(100, 10e-3), error=1e-3)
-    found = sensor_checks.requirement(track, Requirement(error=5e-3), STROKE)
+    found = log_checks.requirement(track, Requirement(error=5e-3), STROKE)
     assert found.verdict is Verdict.LOOK_TWICE
-    blind = sensor_checks.requirement(track.drop_vars("error"), Requirement(error=5e-3), STROKE, lambda: ["a way"])
+    blind = log_checks.requirement(track.drop_vars("error"), Requirement(error=5e-3), STROKE, lambda: ["a way"])
     assert (blind.verdict, blind.remedy) == (Verdict.FAILED, "a way")
-    assert sensor_checks.requirement(track, None, STROKE).verdict is Verdict.OPEN
+    assert log_checks.requirement(track, None, STROKE).verdict is Verdict.OPEN
 
 
 def test_a_description_states_it_and_an_argument_takes_its_place():

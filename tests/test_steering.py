@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
 from ramsight.closed_loop.planning import Knowledge, Leg, Visit, due, expected, plan
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.control.activity import Activity
 from ramsight.control.actuation import Actuation
 from ramsight.control.orders import Reason

@@ -27,11 +27,11 @@ from ramsight.cli import app
 from ramsight.drawing import drawn
 from ramsight.drawing.flowing import chains
 from ramsight.duty.drive_report import declared_report, further_report
-from ramsight.duty.link_report import LiveLink
 from ramsight.duty.live import LiveUnit
 from ramsight.duty.live_further import LiveFurther
 from ramsight.duty.live_warming import LiveWarming
 from ramsight.duty.oil_warming import warmed
+from ramsight.duty.reading_report import LiveLink
 from ramsight.errors import DescriptionError, RamsightError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status

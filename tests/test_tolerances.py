@@ -14,8 +14,8 @@ from ramsight.machine.as_toml import as_toml
 from ramsight.machine.declare import quantity
 from ramsight.machine.spread import DISTRIBUTIONS, Spread, read_spread
 from ramsight.machine.tolerances import KINDS
-from ramsight.study.datasheet.design import correlation_of, points, value_at, values_at
 from ramsight.study.datasheet.quantities import COVERS, default_text, varied
+from ramsight.study.datasheet.study_plan import correlation_of, points, value_at, values_at
 
 TEXT = machine.template().partition("\n[units.boom.tolerances]")[0]
 ETA = quantity("1", "efficiency", above="0.5", most="1")

@@ -8,7 +8,7 @@ import pytest
 
 import ramsight
 from ramsight.deploy.fmu_model import plant_model
-from ramsight.duty.dry import refuse_dry
+from ramsight.duty.audit import refuse_dry
 from ramsight.engine.equation import OdeModel, State
 from ramsight.plant.build import build
 from ramsight.plant.machine_tables import check_reservoir, machine_summary

@@ -7,7 +7,7 @@ import pytest
 
 from ramsight import machine
 from ramsight.duty import DriveReport, report, simulate
-from ramsight.duty.one_way import one_way
+from ramsight.duty.plan import one_way
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman

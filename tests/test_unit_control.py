@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.control.activity import Activity
 from ramsight.control.position import PositionControl
 from ramsight.control.thresholds import STOPPING_TIME

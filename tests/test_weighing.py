@@ -9,8 +9,8 @@ import pytest
 
 import ramsight
 from ramsight import machine
-from ramsight.duty.lifting import lifting
 from ramsight.duty.linked_duty import simulate_linked, unit_run
+from ramsight.duty.loading import lifting
 from ramsight.duty.profile import Profile
 from ramsight.logs import write_log
 from ramsight.plant.linkage import angles, holding_forces, joints

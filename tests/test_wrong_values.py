@@ -8,8 +8,18 @@ import ramsight
 from ramsight.machine.base import walk
 from ramsight.study.commissioning.finding import Verdict
 from ramsight.study.commissioning.log_checks import leakage
-from ramsight.study.commissioning.observed import LEAK, RELIEF, STROKE, TRAVEL, TURN, Observation, observed, predicted
-from ramsight.study.commissioning.wrong_values import description, judge
+from ramsight.study.commissioning.wrong_values import (
+    LEAK,
+    RELIEF,
+    STROKE,
+    TRAVEL,
+    TURN,
+    Observation,
+    description,
+    judge,
+    observed,
+    predicted,
+)
 from ramsight.tracking.mistakes import probabilities
 
 BUILT = ramsight.AsBuilt(leak=1.1, displacement=0.998, stiffness=0.9, friction=1.1)

@@ -22,17 +22,23 @@ from ramsight.circuit_picture import draw_circuits_by
 if TYPE_CHECKING:
     from ramsight.api.calibrating import identify, identify_values, leak_test
     from ramsight.api.commissioning import commission
-    from ramsight.api.drawing import draw
     from ramsight.api.duties import duty_for, lift_lower
-    from ramsight.api.exporting import export_c, export_fmu, export_page, export_parameters, export_ssp, export_wasm
-    from ramsight.api.fmeda_tables import diagnostic_coverage, export_fmeda
+    from ramsight.api.exporting import (
+        diagnostic_coverage,
+        export_c,
+        export_fmeda,
+        export_fmu,
+        export_page,
+        export_parameters,
+        export_ssp,
+        export_wasm,
+    )
     from ramsight.api.histories import history, history_add, history_event, history_report
     from ramsight.api.live_plant import LivePlant
     from ramsight.api.live_weighing import LiveWeighing
     from ramsight.api.machines import catalogue
-    from ramsight.api.overlaying import overlay
-    from ramsight.api.plotting import plot
-    from ramsight.api.second_channel import compare
+    from ramsight.api.plotting import draw, plot
+    from ramsight.api.second_channel import compare, overlay
     from ramsight.api.shared_reports import check_shared
     from ramsight.api.simulating import drive_report, simulate
     from ramsight.api.simulating_many import simulate_many
@@ -84,24 +90,24 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
     _HOMES = {
         "api.calibrating": ("identify", "identify_values", "leak_test"),
         "api.commissioning": ("commission",),
-        "api.second_channel": ("compare",),
+        "api.second_channel": ("compare", "overlay"),
         "api.shared_reports": ("check_shared",),
-        "api.drawing": ("draw",),
         "api.duties": ("duty_for", "lift_lower"),
-        "api.exporting": ("export_c", "export_fmu", "export_page", "export_parameters", "export_ssp", "export_wasm"),
-        "api.fmeda_tables": ("diagnostic_coverage", "export_fmeda"),
+        "api.exporting": (
+            "diagnostic_coverage", "export_c", "export_fmeda", "export_fmu", "export_page", "export_parameters",
+            "export_ssp", "export_wasm",
+        ),
         "api.histories": ("history", "history_add", "history_event", "history_report"),
         "api.live_plant": ("LivePlant",),
-        "api.live_weighing": ("LiveWeighing",),
         "api.machines": ("catalogue",),
-        "api.overlaying": ("overlay",),
-        "api.plotting": ("plot",),
+        "api.plotting": ("draw", "plot"),
         "api.simulating": ("drive_report", "simulate"),
         "api.simulating_many": ("simulate_many",),
         "api.studying": ("Study",),
         "api.tolerance_deriving": ("derive_tolerance",),
         "api.tool_places": ("tool_place",),
         "api.tracking": ("sensor_for", "track"),
+        "api.live_weighing": ("LiveWeighing",),
         "api.weighing": ("weigh",),
         "calibration.identify_record": ("IdentifyError",),
         "calibration.leakage": ("LeakTestError",),

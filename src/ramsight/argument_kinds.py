@@ -62,8 +62,6 @@ def check_kind(value: object, name: str, kinds: tuple[type, ...]) -> None:
     """Refuse a value of another kind, and a path that no file can have.
 
     Args:
-        value: an argument.
-        name: of it, for the message.
         kinds: that it may have; `object` among them for any.
 
     Raises:
@@ -82,7 +80,6 @@ def check_path(value: object, name: str) -> None:
 
     Args:
         value: an argument; what is no path at all is not looked at.
-        name: of it, for the message.
 
     Raises:
         DescriptionError: it is too long, or holds a null character.

@@ -19,12 +19,7 @@ def draw_circuits_by(drawer: Callable[[object, str], str]) -> None:
 
 
 def circuit_picture(unit: object, name: str) -> str:
-    """The drawing of a unit's circuit as SVG, as wide as the place that it stands in; "" where it cannot be drawn.
-
-    Args:
-        unit: a description, or built.
-        name: of it.
-    """
+    """The drawing of a unit's circuit as SVG, as wide as the place that it stands in; "" where it cannot be drawn."""
     try:
         svg = _DRAWERS[0](unit, name)
     except RamsightError:

@@ -9,7 +9,6 @@ class Constant(float):
     """A plain number that knows its unit and its reason.
 
     Args:
-        value: the number, in SI units.
         reason: the derivation, the declared noise, the stated probability or the source that it follows from.
 
     Example:

@@ -116,7 +116,6 @@ def first_of(errors: Sequence[RamsightError], further: int = 0) -> RamsightError
 
     Args:
         errors: all that is wrong with a file, one at least; 40 of them are listed.
-        further: how many more there are.
 
     Example:
         >>> error = first_of([DescriptionError("is missing", key="bore"), DescriptionError("is missing", key="rod")])
@@ -176,9 +175,7 @@ def warn_of_log(message: str, *, file: str, line: int | None = None, column: str
 
     Args:
         message: what it is, what was done about it, and what the user can do.
-        file: the file.
         line: line in the file, from 1.
-        column: name of the column or channel.
     """
     warnings.warn(LogWarning(one_line(f"{_place(file, line, column)}: {message}")), stacklevel=3)
 

@@ -33,8 +33,6 @@ def imported(package: str, extra: str, refused: Callable[[str], Exception]) -> M
     """A package that one of ramsight's extras installs.
 
     Args:
-        package: to be imported.
-        extra: the extra.
         refused: makes the error, of a text that states what is needed and how to get it.
 
     Raises:

@@ -89,9 +89,6 @@ def is_alive(process: int) -> bool:
 class Lock:
     """A file, open and locked (flock); other names of the file, links among them, are the same lock.
 
-    Args:
-        path: the file; made if it is not there.
-
     Raises:
         BlockingIOError: another program has it, or another object of this one; the text names the process, if known.
         OSError: it cannot be opened, made or locked.

@@ -42,11 +42,7 @@ class Progress:
             self._timer.start()
 
     def advance(self, amount: float = 1.0) -> None:
-        """Say that so much more of the total is done.
-
-        Args:
-            amount: how much, in the units of the total.
-        """
+        """Say that so much more of the total is done."""
         self.done += amount
         if self._bar is None and self._shown and time.monotonic() - self._begun >= PATIENCE:
             self._open()
@@ -92,7 +88,6 @@ def progress(total: float, text: str) -> Iterator[Progress]:
 
     Args:
         total: the whole of the work, in any unit (runs, samples, seconds); 0 if nobody knows.
-        text: what the work is.
 
     Yields:
         The bar; call its ``advance(n)`` as the work goes on.
@@ -118,11 +113,6 @@ def advancing(total: float, text: str, *, shown: bool) -> Iterator[Callable[[flo
     """What to call with each part of the work that is done: of a `progress`, or nothing where none is wanted.
 
     Through a pipe it says how far it is, if nobody does so already.
-
-    Args:
-        total: as of `progress`.
-        text: what the work is.
-        shown: whether a bar is wanted.
 
     Example:
         >>> with advancing(3, "runs", shown=False) as advance:

@@ -38,10 +38,6 @@ class Ability:
 def abilities(machine: AnyUnit, *, unit: str | None = None) -> tuple[Ability, ...]:
     """What a unit can have, from its parts and from what is installed here.
 
-    Args:
-        machine: the unit, or what `build` makes one of.
-        unit: name of the unit, if the machine has several.
-
     Example:
         >>> for one in abilities("press")[:4]:
         ...     print(one.what, one.can, one.how)

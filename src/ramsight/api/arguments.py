@@ -29,8 +29,6 @@ def log_argument(log: Any, channel_map: AnyMap | None = None, *, strict: bool = 
     Args:
         log: what was passed. A DataFrame has the columns of a CSV log (``time_s``, ``motor_speed_rpm``, ...), or those
             that the map names.
-        channel_map: of a file or a DataFrame.
-        strict: refuse a file with faults.
 
     Returns:
         A Dataset with `motor_speed` [rad/s], `motor_torque` [N m] and `oil_temperature` [K] over `time` [s].
@@ -61,8 +59,6 @@ def checked(passed: Any, name: str, needed: Iterable[str] = REPORTED) -> Dataset
     """A Dataset that has what is needed of it, as numbers in SI.
 
     Args:
-        passed: an argument.
-        name: of the argument, for messages.
         needed: names of variables; by default those of a drive log.
 
     Raises:
@@ -136,11 +132,6 @@ _TIMES = "mM"  # NumPy's kinds of durations and dates
 
 def in_si(passed: Dataset, name: str, needed: Iterable[str]) -> Dataset:
     """A Dataset with its variables over time as numbers in SI; others stay as they are.
-
-    Args:
-        passed: the Dataset.
-        name: of the argument, for messages.
-        needed: variables that have to be numbers.
 
     Raises:
         DescriptionError: a needed variable has a unit of something else.

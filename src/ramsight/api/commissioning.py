@@ -32,10 +32,18 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import advancing
 from ramsight.sensor.inputs.sample import declared_inputs
 from ramsight.signals import Dataset
-from ramsight.study.commissioning.changes import changed, changes
 from ramsight.study.commissioning.commissioning_page import Channel, commissioning_page
 from ramsight.study.commissioning.finding import Verdict
-from ramsight.study.commissioning.kept_values import Kept, Measured, kept_of, measured, over, read_kept
+from ramsight.study.commissioning.kept_values import (
+    Kept,
+    Measured,
+    changed,
+    changes,
+    kept_of,
+    measured,
+    over,
+    read_kept,
+)
 from ramsight.study.commissioning.walk import STEPS, Commissioning, walk
 from ramsight.study.datasheet.sheet_requirement import mending
 from ramsight.study.datasheet.studied_duties import Work
@@ -239,12 +247,6 @@ def report_of(
     """The report of a commissioning that was just made, to be signed: HTML that needs no other file.
 
     Args:
-        done: what was found.
-        machine: as it was read, from a file or from the catalogue.
-        unit: name of the one that the drive turns.
-        log: file of the log.
-        truth: file of the measured position, if there is one.
-        channel_map: with which the log was read.
         since: file that an earlier commissioning kept, if it began from one: its description is what counts.
     """
     title = f"{machine.title or machine.name}, unit {unit}"
@@ -255,11 +257,7 @@ def report_of(
 
 
 def channels_of(channel_map: ChannelMap) -> list[Channel]:
-    """Every channel of a map as it was used, as text.
-
-    Args:
-        channel_map: with which a log was read.
-    """
+    """Every channel of a map as it was used, as text."""
     named = {**channel_map.roles, **channel_map.further, **channel_map.linked}
     named |= {f"command to {name}": one.mapped for name, one in channel_map.commands.items()}
     named |= {f"measured {name}": one for name, one in channel_map.measured.items()}
@@ -296,14 +294,7 @@ def _stands_for(channel_map: ChannelMap, role: str, one: Mapped) -> str:
 def sources_of(
     machine: Machine, log: str | Path, truth: str | Path | None, channel_map: ChannelMap
 ) -> list[tuple[str, str, str]]:
-    """The files that a commissioning rests on: what each is, its name, and the SHA-256 of its bytes.
-
-    Args:
-        machine: as it was read, from a file or from the catalogue.
-        log: file of the log.
-        truth: file of the measured position, if there is one.
-        channel_map: with which the log was read.
-    """
+    """The files that a commissioning rests on: what each is, its name, and the SHA-256 of its bytes."""
     files = [("log", Path(log))]
     files += [] if truth is None else [("measured position", Path(truth))]
     files += [] if channel_map.file is None else [("channel map", Path(channel_map.file))]

@@ -10,9 +10,9 @@ from ramsight.argument_kinds import by_kind, whole_argument
 from ramsight.duty import Duty
 from ramsight.duty import lift_lower as cycles_of
 from ramsight.duty.commissioning_duty import commissioning, leak_test_duty, usual_loads
-from ramsight.duty.duty_file import read_duty
 from ramsight.duty.lift_lower import RAMP, SPEED, START, above_lowered_end
 from ramsight.duty.loader_work import USES, loader_work
+from ramsight.duty.profile import read_duty
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.machine import Machine, Unit, load_machine, only_unit
@@ -220,10 +220,6 @@ def with_names(load: Loads, names: Mapping[str, float]) -> Sequence[Quantity]:
 def check_loads(unit: HydraulicUnit, loads: Sequence[Quantity]) -> None:
     """Refuse a plain number that is a load in kN rather than in N: next to nothing, and a load in kN.
 
-    Args:
-        unit: that carries it.
-        loads: as they were passed; text has its unit.
-
     Raises:
         DescriptionError: it is one.
     """
@@ -253,7 +249,6 @@ class _Reader:
 
     Args:
         machine: the unit, or what `build` makes one of; a file is read once.
-        unit: name of the unit, if the machine has several.
     """
 
     def __init__(self, machine: AnyUnit, unit: str | None) -> None:

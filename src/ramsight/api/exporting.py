@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import shutil
 from pathlib import Path
 
+from ramsight.api.arguments import path_argument
 from ramsight.argument_kinds import by_kind, check_path, whole_argument
 from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
-from ramsight.deploy.control_options import ControlOptions
+from ramsight.deploy.compiler import platforms_of
+from ramsight.deploy.diagnostic_coverage import CoverageTable, read_table
+from ramsight.deploy.fmeda import fmeda_table
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
 from ramsight.deploy.machine_parameters import write_parameters
 from ramsight.deploy.page import SHOWN, write_page
-from ramsight.deploy.platforms import platforms_of
-from ramsight.deploy.profiles import profile_of
+from ramsight.deploy.profiles import ControlOptions, profile_of
 from ramsight.deploy.ssp import WrittenSsp, write_ssp
 from ramsight.deploy.wasm import STEPS as WASM_STEPS
 from ramsight.deploy.wasm import WrittenWasm, write_wasm
@@ -20,6 +24,8 @@ from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
 from ramsight.machine import AnyMachine, load_machine, only_unit
 from ramsight.machine.description import Machine
+from ramsight.output import check_target, write_text
+from ramsight.plant.build import AnyUnit, build
 from ramsight.progress import advancing
 from ramsight.units import argument
 
@@ -342,3 +348,57 @@ def _compiler(passed: str | None) -> str | None:
         if shutil.which(passed) is None:
             raise DescriptionError("is no program", key="compiler", value=passed, allowed="the path of a C compiler")
     return passed
+
+
+@by_kind
+def export_fmeda(machine: AnyUnit, unit: str | None = None, *, out: str | Path) -> int:
+    """Write the faults of a unit's virtual sensor, what detects them, and how surely, as a table to fill in.
+
+    Args:
+        machine: the unit, or what `build` makes one of.
+        unit: name of the unit; may be left out where there is only one.
+        out: the file, `.csv`. The column ``failure_rate_fit`` is empty.
+
+    Returns:
+        How many faults there are.
+
+    Raises:
+        DescriptionError: the machine cannot be read, or has several units and none is named.
+        UnknownNameError: no such machine or unit.
+        OutputError: the file cannot be written.
+
+    Example:
+        >>> import ramsight, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     ramsight.export_fmeda("press", out=f"{folder}/press.csv") > 20
+        True
+    """
+    target = path_argument(out, "out")
+    check_target(target, (".csv",))
+    text = fmeda_table(build(machine, unit))
+    write_text(text, target)
+    return len(list(csv.reader(io.StringIO(text)))) - 1
+
+
+@by_kind
+def diagnostic_coverage(file: str | Path) -> CoverageTable:
+    """Read a table of `export_fmeda` in which failure rates are filled in.
+
+    Args:
+        file: CSV with commas, or with semicolons and decimal commas.
+
+    Returns:
+        The rows, and the diagnostic coverage `by_channel`, `by_signal` and `overall`, each with its lower end.
+
+    Raises:
+        LogError: the file cannot be read, or has a share or rate that is impossible.
+
+    Example:
+        >>> import ramsight, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = Path(folder) / "boom.csv"
+        ...     _ = ramsight.export_fmeda("mining-loader", "boom", out=path)
+        ...     ramsight.diagnostic_coverage(path).overall.text
+        'no failure rate'
+    """
+    return read_table(path_argument(file, "file"))

@@ -33,28 +33,18 @@ _ROUNDING = 1e-6  # periods that an interval may be beside a whole number of the
 
 @dataclass(frozen=True)
 class LiveSample:
-    """The truth about a unit at one time.
+    """The truth about a unit at one time."""
 
-    Attributes:
-        time: [s].
-        position: of the piston [m].
-        velocity: [m/s], positive extends.
-        load: [N], positive against lifting.
-        motor_speed: [rad/s].
-        motor_torque: [N m].
-        pressure_a, pressure_b: of the chambers, absolute [Pa].
-        oil_temperature: of the oil in the pumps, by which the unit runs [K].
-    """
-
-    time: float
-    position: float
-    velocity: float
-    load: float
-    motor_speed: float
-    motor_torque: float
+    time: float  # [s]
+    position: float  # of the piston [m]
+    velocity: float  # [m/s], positive extends
+    load: float  # [N], positive against lifting
+    motor_speed: float  # [rad/s]
+    motor_torque: float  # [N m]
+    # pressure_a, pressure_b: of the chambers, absolute [Pa]
     pressure_a: float
     pressure_b: float
-    oil_temperature: float
+    oil_temperature: float  # of the oil in the pumps, by which the unit runs [K]
 
 
 _UNITS = dict(

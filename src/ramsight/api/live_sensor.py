@@ -31,11 +31,7 @@ class Sensor(VirtualSensor):
 
     @classmethod
     def of(cls, sensor: VirtualSensor) -> Sensor:
-        """The same sensor, with text read.
-
-        Args:
-            sensor: as a room below makes it.
-        """
+        """The same sensor, with text read."""
         return cls(**{one.name: getattr(sensor, one.name) for one in fields(sensor) if one.init})
 
     def start(self, position: Quantity | None, std: Quantity = START_STD) -> None:
@@ -105,7 +101,6 @@ class Sensor(VirtualSensor):
             log: Dataset over `time` with motor_speed, motor_torque and oil_temperature, with the commands that the
                 circuit takes, and perhaps reference, NaN where no position is known; in SI, or in what the ``units`` of
                 a variable say.
-            advance: called now and then with the number of samples done since the last call.
 
         Returns:
             A Dataset over the same `time` with position, position_std, velocity, load, status, and whatever else

@@ -43,7 +43,6 @@ def description_of(machine: AnyUnit, unit: str) -> Unit | None:
 
     Args:
         machine: as `build` takes it.
-        unit: name of the unit.
     """
     if isinstance(machine, str | Path | Machine):
         return load_machine(machine).unit(unit)

@@ -18,7 +18,6 @@ def required_unit(unit: HydraulicUnit, require: Quantity | Requirement | None) -
     """A unit with the requirement that it is judged by, and whose sensor is ok by it.
 
     Args:
-        unit: whose description may have one.
         require: error that 95 % have to be within [m], or ``"5 mm"``, in the place of the described one; or a
             requirement; None for the described one.
 
@@ -37,10 +36,7 @@ def achieved(done: Pieces, truth: Samples | None, asked: Requirement, unit: Hydr
     """What a track achieves of a requirement; None where nothing was kept of it.
 
     Args:
-        done: with the track and the log kept.
         truth: `position` [m] over `time` [s], if it is known.
-        asked: the requirement.
-        unit: that was tracked.
 
     Raises:
         ComparisonError: track and truth have no time in common.

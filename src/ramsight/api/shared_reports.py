@@ -20,15 +20,12 @@ from ramsight.tracking.sharing import OIL, SHARED, VOLTAGE, Agreement, Allowed, 
 
 @dataclass(frozen=True)
 class SharedChecks:
-    """What two units say of what they share.
+    """What two units say of what they share."""
 
-    Attributes:
-        checks: over the first log's `time` [s], of each quantity that both have: `NAME_apart` and `NAME_allowed`, sums
-            of the difference and what they may be [unit of the quantity times s], and `NAME_alarm`.
-        first, second: both logs; where a thermometer reports nothing, `oil_temperature` is the other unit's.
-    """
-
+    # checks: over the first log's `time` [s], of each quantity that both have: `NAME_apart` and `NAME_allowed`, sums
+    # of the difference and what they may be [unit of the quantity times s], and `NAME_alarm`
     checks: Dataset
+    # first, second: both logs; where a thermometer reports nothing, `oil_temperature` is the other unit's
     first: Dataset
     second: Dataset
 

@@ -215,9 +215,6 @@ def reported_how(
     Args:
         passed: quantities by the names that `drive_report` has for them; those left out, or None, are those of a
             usual drive of the unit's size.
-        unit: that ran, built.
-        seed: of the noise.
-        magnets: of the motor.
     """
     read: dict[str, float] = {}
     for name, value in passed.items():

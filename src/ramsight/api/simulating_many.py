@@ -15,8 +15,7 @@ from ramsight.duty.run_figures import FIGURES, Figures, Work, figures_of
 from ramsight.duty.simulate import SAMPLE_PERIOD, audited_circuit, check_commands, check_temperature
 from ramsight.engine.batch import Job, batches
 from ramsight.engine.cache import instructions
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import DEFAULT_RTOL
+from ramsight.engine.run import DEFAULT_RTOL, Outcome
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import declare, load_machine, only_unit, walk
 from ramsight.machine.description import Machine, Unit
@@ -256,8 +255,6 @@ def varied(machine: AnyUnit, unit: str | None, vary: Vary) -> Varied:
     """Machines that differ in some values, in the order of the values.
 
     Args:
-        machine: the machine; as a description, a name or a file where values of the description vary.
-        unit: name of the unit, if the machine has several.
         vary: values of each machine by name: a factor of `AsBuilt`, or a key of the unit's description.
 
     Raises:

@@ -19,9 +19,8 @@ from ramsight.progress import advancing
 from ramsight.signals import Dataset
 from ramsight.study.datasheet.budget import Budget, budget, check_base
 from ramsight.study.datasheet.cluster import run
-from ramsight.study.datasheet.recorded_check import held_against
 from ramsight.study.datasheet.sheet import Sheet, data_sheet
-from ramsight.study.datasheet.sheet_requirement import SheetRequirement, mending, required
+from ramsight.study.datasheet.sheet_requirement import SheetRequirement, held_against, mending, required
 from ramsight.study.datasheet.studied_duties import Work
 from ramsight.study.datasheet.study_plan import plan
 from ramsight.units import argument

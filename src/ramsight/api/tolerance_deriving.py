@@ -26,13 +26,9 @@ _HOUR = 3600.0
 
 @dataclass(frozen=True)
 class ToleranceReport:
-    """A tolerance, and what it achieves.
+    """A tolerance, and what it achieves."""
 
-    Attributes:
-        derived: the figures.
-    """
-
-    derived: DerivedTolerance
+    derived: DerivedTolerance  # the figures
 
     @property
     def tolerance(self) -> float | None:

@@ -117,10 +117,8 @@ def others_of(
     """What is known of the units beside the one that is followed.
 
     Args:
-        linked: the machine.
         logs: of units that have one, by their names; `at` has where such a unit starts.
         at: where other units stand still [m].
-        channel_map: of the logs.
     """
     held = held_at(linked, at)
     tracks = {}
@@ -133,11 +131,8 @@ def followed(linked: LinkedMachine, name: str, log: Any, start: float | None, ch
     """The track of a unit's log, with velocity and load.
 
     Args:
-        linked: the machine.
-        name: of the unit.
         log: as `track` takes it.
         start: where its piston is at first [m]; None if unknown.
-        channel_map: of a file.
 
     Raises:
         DescriptionError: the log has no samples.

@@ -188,7 +188,6 @@ def start_of(unit: HydraulicUnit, start: Quantity | None, start_std: Quantity) -
     """Where a piston is reported as at first, and the standard deviation of that [m].
 
     Args:
-        unit: whose stroke is the limit.
         start: [m], or text with a unit; None if unknown.
         start_std: its standard deviation [m], or text with a unit.
 
@@ -204,7 +203,6 @@ def availability_of(unit: HydraulicUnit, limit: Quantity | None, time_to_alert: 
     """What counts how much of the time a position may be used; None without an alarm limit.
 
     Args:
-        unit: whose stroke is the largest limit.
         limit: error that it must not have [m], or text with a unit.
         time_to_alert: for which that may be unsure [s], or text with a unit.
 
@@ -246,25 +244,11 @@ def follow(
     Of a log that contradicts the machine no state is kept, and what its track says of the position is invalid.
 
     Args:
-        unit: that the drive turns.
         log: a file, a log or its pieces; warned of what cannot be this machine's.
-        channel_map: of a file.
-        sensor: kind, or sensor file.
         start: [m]; None if unknown.
         start_std: its standard deviation [m].
         state: file to resume from without a start, and to keep the state in; this call's alone until it returns.
-        out: file of the track, written as it comes.
-        keep_track: whether the track is kept.
-        keep_log: whether the log is kept.
-        all_of_it: whether every variable of them is kept.
-        more: further variables that are kept of them, where they have them.
-        available: counts how much of the time the position may be used.
         hindsight: whether all of the log says where the piston was, and not what came before.
-        both: whether a table has what the live sensor said beside it.
-        tool: whose place the track says beside the piston's.
-        progress: show a bar on a terminal.
-        advance: is passed the share of the work that was done since the last call, where there is no bar.
-        say: is passed what became of the state file.
     """
     if hindsight and sensor != "kalman":
         raise DescriptionError("has no hypotheses to look back at", key="sensor", value=sensor, allowed="kalman")

@@ -1,4 +1,4 @@
-"""What a machine lifts: logs weighed, and scales learned from known masses."""
+"""What a machine lifts: logs weighed, scales learned from known masses, and weighing while it works."""
 
 from __future__ import annotations
 
@@ -34,24 +34,16 @@ Quantity = float | str
 
 @dataclass(frozen=True, eq=False)
 class Weighed:
-    """Weighings of logs.
+    """Weighings of logs."""
 
-    Attributes:
-        weighings: of all logs, in order.
-        logs: for each, which log it is of, from 0.
-        scale: with which they were weighed.
-        total, total_std: of the cycles, one good weighing of each [kg].
-        cycles: how many of them had a load and a good weighing.
-        has_chart: whether the description says what may be lifted.
-    """
-
-    weighings: tuple[Weighing, ...]
-    logs: tuple[int, ...]
-    scale: Scale
+    weighings: tuple[Weighing, ...]  # of all logs, in order
+    logs: tuple[int, ...]  # for each, which log it is of, from 0
+    scale: Scale  # with which they were weighed
+    # total, total_std: of the cycles, one good weighing of each [kg]
     total: float
     total_std: float
-    cycles: int
-    has_chart: bool
+    cycles: int  # how many of them had a load and a good weighing
+    has_chart: bool  # whether the description says what may be lifted
 
     @property
     def figures(self) -> dict[str, Any]:
@@ -232,7 +224,6 @@ def learned_scale(scene: Scene, taught: Sequence[tuple[float, Sequence[Plain]]])
     What is lowered teaches where it is the same mass: an empty tool, or a load that was not dumped.
 
     Args:
-        scene: the machine.
         taught: masses [kg], each with lifts of it.
 
     Raises:

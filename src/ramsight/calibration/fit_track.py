@@ -65,18 +65,13 @@ _KNOTS = 7  # of a position sensor's curve, between the ends of what was measure
 
 @dataclass(frozen=True)
 class MeasuredRun:
-    """A run of a machine that has a position sensor.
+    """A run of a machine that has a position sensor."""
 
-    Args:
-        name: for messages.
-        log: what the drive reported, and the commands that the circuit takes, over `time` [s].
-        measured: `position` [m] and maybe `pressure_a`, `pressure_b` [Pa] over the same `time`; NaN where unknown.
-        linearity: standard deviation of what the position sensor reads from what it should, along its way [m].
-    """
-
-    name: str
-    log: Dataset
+    name: str  # for messages
+    log: Dataset  # what the drive reported, and the commands that the circuit takes, over `time` [s]
+    # measured: `position` [m] and maybe `pressure_a`, `pressure_b` [Pa] over the same `time`; NaN where unknown
     measured: Dataset
+    # linearity: standard deviation of what the position sensor reads from what it should, along its way [m]
     linearity: float = 0.0
 
     @property
@@ -88,15 +83,10 @@ class MeasuredRun:
 
 @dataclass(frozen=True)
 class Torque:
-    """What a reported torque is: gain t (1 - loss abs(t)).
+    """What a reported torque is: gain t (1 - loss abs(t))."""
 
-    Args:
-        gain: over what was reported [1].
-        loss: of the torque that a motor gives per current, by saturation, over the torque [1/(N m)].
-    """
-
-    gain: float = 1.0
-    loss: float = 0.0
+    gain: float = 1.0  # over what was reported [1]
+    loss: float = 0.0  # of the torque that a motor gives per current, by saturation, over the torque [1/(N m)]
 
     def of(self, reported: Array) -> Array:
         """The torque that acts [N m], from the reported one."""
@@ -105,25 +95,20 @@ class Torque:
 
 @dataclass(frozen=True)
 class FittedValues:
-    """What was found.
+    """What was found."""
 
-    Attributes:
-        machine: the description with the values that were found.
-        values: by their paths in the unit: the value, and the limits of its 95 % interval, no farther than a
-            description may have it [SI].
-        identified: those of them whose interval is less than half of what it was before.
-        torque: what the reported torque is, with the standard deviation of the logarithm of its gain in `torque_std`.
-        curve: of the position sensor, the one that was known with what was found beside it; None where the sensor is
-            declared to have none.
-        rms: of the position's errors over all runs [m], and of each, by name.
-    """
-
-    machine: Machine
+    machine: Machine  # the description with the values that were found
+    # values: by their paths in the unit: the value, and the limits of its 95 % interval, no farther than a
+    # description may have it [SI]
     values: dict[str, tuple[float, float, float]]
-    identified: frozenset[str]
+    identified: frozenset[str]  # those of them whose interval is less than half of what it was before
+    # torque, torque_std: what the reported torque is, and the standard deviation of the logarithm of its gain
     torque: Torque
     torque_std: float
+    # curve: of the position sensor, the one that was known with what was found beside it; None where the sensor is
+    # declared to have none
     curve: SensorCurve | None
+    # rms, rms_of: of the position's errors over all runs [m], and of each, by name
     rms: float
     rms_of: dict[str, float]
 
@@ -404,13 +389,7 @@ def _hats(x: Array, knots: Array) -> Array:
 
 
 def _fitted(model: _Model, change: Array, spread: Array) -> FittedValues:
-    """What was found, with intervals from its curvature, widened where the residuals are larger than assumed.
-
-    Args:
-        model: around the change.
-        change: what was found.
-        spread: standard deviation of the draws' changes, where that is larger.
-    """
+    """What was found, with intervals from its curvature, widened where the residuals are larger than assumed."""
     count = len(model.prior)
     data, jacobian = model.residuals(change)[count:], model.slopes(change)
     worse = max(float(np.sum(data**2)) / max(_independent(model) - count, 1.0), 1.0)

@@ -42,19 +42,12 @@ _TIED = {"cylinder.coulomb_friction": "cylinder.breakaway_friction"}
 
 @dataclass(frozen=True)
 class FreeValue:
-    """A value of a unit's description that is to be found.
+    """A value of a unit's description that is to be found."""
 
-    Args:
-        key: its path in the unit.
-        value: as described [SI].
-        std: of the logarithm of the value, or of what an efficiency lacks to 1.
-        loss: whether it is an efficiency.
-    """
-
-    key: str
-    value: float
-    std: float
-    loss: bool = False
+    key: str  # its path in the unit
+    value: float  # as described [SI]
+    std: float  # of the logarithm of the value, or of what an efficiency lacks to 1
+    loss: bool = False  # whether it is an efficiency
 
     def at(self, change: float) -> float:
         """The value, in SI units, after a change of its logarithm.

@@ -39,27 +39,21 @@ _ROUNDS = 2  # of the balance with the efficiency that friction gave; the first 
 
 @dataclass(frozen=True)
 class Estimate:
-    """One factor.
+    """One factor."""
 
-    Attributes:
-        value: over the data sheet's [1]; of the pumps' efficiency, less the data sheet's [1]. The data sheet's if the
-            log does not tell.
-        low, high: 95 % interval [1]; what it would have been if the log does not tell.
-        identified: whether the log identifies it.
-        per_kelvin: change of `value` if the oil is 1 K warmer than the log states.
-        per_torque: change of `value` if the torque is 1 % larger than the log states.
-        per_no_load: change of `value` if the pumps' no-load torque is a quarter larger than described; the interval
-            holds it.
-        as_described: half of the interval if the no-load torque is what is described; NaN of what it does not concern.
-    """
-
+    # value: over the data sheet's [1]; of the pumps' efficiency, less the data sheet's [1]. The data sheet's if the
+    # log does not tell
     value: float
+    # low, high: 95 % interval [1]; what it would have been if the log does not tell
     low: float
     high: float
-    identified: bool
-    per_kelvin: float = 0.0
-    per_torque: float = 0.0
+    identified: bool  # whether the log identifies it
+    per_kelvin: float = 0.0  # change of `value` if the oil is 1 K warmer than the log states
+    per_torque: float = 0.0  # change of `value` if the torque is 1 % larger than the log states
+    # per_no_load: change of `value` if the pumps' no-load torque is a quarter larger than described; the interval
+    # holds it
     per_no_load: float = 0.0
+    # as_described: half of the interval if the no-load torque is what is described; NaN of what it does not concern
     as_described: float = math.nan
 
     @property
@@ -76,33 +70,21 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Identification:
-    """How a machine differs from its data sheet.
+    """How a machine differs from its data sheet."""
 
-    Attributes:
-        factors: leak, orifice, displacement, stiffness, friction and efficiency, by name.
-        delay: by which the position sensor lags the drive [s], and its interval.
-        moves: how many moves it rests on.
-        loads: how many loads were lifted and lowered, as far as can be distinguished.
-        duration: of these moves together [s].
-        residual: root mean square of what the balance leaves unexplained within a move, as position [m].
-        pressure: 5 and 95 % of the holding chamber's pressure in the moves, above tank [Pa].
-        temperature: lowest and highest oil temperature [K].
-        lifts, lowers: how many moves are which.
-        reached: lowest and highest position that was measured [m].
-        judged_by: half of the interval within which each factor is as described; a wider one says nothing.
-    """
-
-    factors: dict[str, Estimate]
-    delay: Estimate
-    moves: int
-    loads: int
-    duration: float
-    residual: float
-    pressure: tuple[float, float]
-    temperature: tuple[float, float]
+    factors: dict[str, Estimate]  # leak, orifice, displacement, stiffness, friction and efficiency, by name
+    delay: Estimate  # by which the position sensor lags the drive [s], and its interval
+    moves: int  # how many moves it rests on
+    loads: int  # how many loads were lifted and lowered, as far as can be distinguished
+    duration: float  # of these moves together [s]
+    residual: float  # root mean square of what the balance leaves unexplained within a move, as position [m]
+    pressure: tuple[float, float]  # 5 and 95 % of the holding chamber's pressure in the moves, above tank [Pa]
+    temperature: tuple[float, float]  # lowest and highest oil temperature [K]
+    # lifts, lowers: how many moves are which
     lifts: int
     lowers: int
-    reached: tuple[float, float]
+    reached: tuple[float, float]  # lowest and highest position that was measured [m]
+    # judged_by: half of the interval within which each factor is as described; a wider one says nothing
     judged_by: dict[str, float] = field(default_factory=dict)
 
     def is_vague(self, name: str) -> bool:
@@ -129,11 +111,7 @@ class Identification:
 
 
 def judged_by(unit: HydraulicUnit) -> dict[str, float]:
-    """How far each factor may be from the data sheet's, by what the sensor assumes of the machine.
-
-    Args:
-        unit: as its data sheet has it.
-    """
+    """How far each factor may be from the data sheet's, by what the sensor assumes of the machine."""
     assumed = unit.assumptions.machine
     return {
         "leak": UNUSUAL * assumed.leak,

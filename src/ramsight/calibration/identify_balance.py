@@ -48,7 +48,6 @@ class BalanceProblem:
 
     Args:
         efficiency_std: standard deviation of the pumps' hydro-mechanical efficiency [1].
-        advance: called with 1 after each run of the circuit.
     """
 
     def __init__(
@@ -173,8 +172,6 @@ def fit_balance(problem: BalanceProblem, base: Deviation, like: BalanceFit | Non
     """Fit what the log tells.
 
     Args:
-        problem: the nodes of the record.
-        base: values of what is not fitted, and where to begin.
         like: an earlier fit, of which the same values are free; without it, everything, less whatever turns out too
             uncertain, worst first.
     """

@@ -85,8 +85,6 @@ def fit_friction(problem: BalanceProblem, how: Deviation, groups: Places, separa
     """Fit the cylinder's friction, and the pumps' efficiency if the two can be separated.
 
     Args:
-        problem: the nodes of the record.
-        how: with the result of the balance.
         groups: of nodes under the same load, as `same_loads` gives them.
         separate: whether efficiency and friction are to be separated; by default if the log can.
     """

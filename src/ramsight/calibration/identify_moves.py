@@ -78,13 +78,7 @@ def _white(second: Array) -> float:
 
 
 def find_moves(unit: HydraulicUnit, record: Record, run: Run) -> Moves:
-    """Find the moves of a record.
-
-    Args:
-        unit: that moved.
-        record: of it.
-        run: as the description explains it, for pressures near their limits.
-    """
+    """Find the moves of a record."""
     period = record.period
     direction = np.sign(run.velocity)
     settled = _shrunk(going(unit, record, run), direction, round(_SETTLE / period), round(_BEFORE_END / period))
@@ -178,11 +172,6 @@ def moved_at_rest(moves: Moves, record: Record, run: Run) -> Array:
     """How far the rod moved at rest before each node's move beyond what leaks [m]; NaN where the log cannot tell.
 
     A load that changes at rest presses the rod in or lets it out. Only the first node of a move may have a number.
-
-    Args:
-        moves: the nodes.
-        record: of the unit.
-        run: as the fitted factors explain it.
     """
     moved = np.full(len(moves.run), np.nan)
     width = max(3, round(0.1 / record.period))

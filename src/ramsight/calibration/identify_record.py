@@ -81,7 +81,6 @@ def recorded(unit: HydraulicUnit, log: Dataset, truth: Dataset) -> Record:
     """The record of a log and its measured position.
 
     Args:
-        unit: whose they are.
         log: Dataset over `time` with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K].
         truth: Dataset over `time` with position [m].
 

@@ -43,25 +43,16 @@ from ramsight.sensor.virtual_sensor import Report, close
 
 @dataclass(frozen=True)
 class Deviation:
-    """How a machine differs from its data sheet.
+    """How a machine differs from its data sheet."""
 
-    Attributes:
-        leak: leakage of all pumps by their law or table, over the data sheet's [1].
-        orifice: leakage like an orifice's at the nominal pressure, over the data sheet's laminar one there [1].
-        displacement: of all pumps over the data sheet's [1].
-        compliance: of oil and hoses over the data sheet's [1].
-        delay: by which the position lags the log [s].
-        efficiency: hydro-mechanical, of all pumps, less the data sheet's [1].
-        no_load: no-load torque of all pumps over the data sheet's [1].
-    """
-
-    leak: float = 1.0
+    leak: float = 1.0  # leakage of all pumps by their law or table, over the data sheet's [1]
+    # orifice: leakage like an orifice's at the nominal pressure, over the data sheet's laminar one there [1]
     orifice: float = 0.0
-    displacement: float = 1.0
-    compliance: float = 1.0
-    delay: float = 0.0
-    efficiency: float = 0.0
-    no_load: float = 1.0
+    displacement: float = 1.0  # of all pumps over the data sheet's [1]
+    compliance: float = 1.0  # of oil and hoses over the data sheet's [1]
+    delay: float = 0.0  # by which the position lags the log [s]
+    efficiency: float = 0.0  # hydro-mechanical, of all pumps, less the data sheet's [1]
+    no_load: float = 1.0  # no-load torque of all pumps over the data sheet's [1]
 
 
 @dataclass(frozen=True)
@@ -104,11 +95,7 @@ def opening_time_in_steps(opening_time: float, period: float) -> float:
 
 
 class Circuit:
-    """A unit's circuit, ready to run along records.
-
-    Args:
-        unit: its parts, as the data sheet has them, whatever its circuit.
-    """
+    """A unit's circuit, ready to run along records."""
 
     def __init__(self, unit: HydraulicUnit) -> None:
         self.unit, self.limits = unit, limits_of(unit)

@@ -41,20 +41,15 @@ _ASSUMED = (("leak", "leak"), ("displacement", "displacement"), ("compliance", "
 
 @dataclass(frozen=True)
 class MachineKnowledge:
-    """What was measured of a machine.
+    """What was measured of a machine."""
 
-    Attributes:
-        origin: what measured it, as a value's source names it.
-        factors: over the description's [1], by name of `FACTORS`; one that is missing or not identified stays as
-            described.
-        assumed: of the sensor's assumptions: path, value [SI] and the words of its source.
-        lines: what was found, as lines of text.
-    """
-
-    origin: str
+    origin: str  # what measured it, as a value's source names it
+    # factors: over the description's [1], by name of `FACTORS`; one that is missing or not identified stays as
+    # described
     factors: Mapping[str, Estimate]
+    # assumed: of the sensor's assumptions: path, value [SI] and the words of its source
     assumed: Mapping[str, tuple[float, str]]
-    lines: tuple[str, ...]
+    lines: tuple[str, ...]  # what was found, as lines of text
 
 
 def of_identification(found: Identification, described: Unit) -> MachineKnowledge:
@@ -150,12 +145,7 @@ def _law(leak: Estimate, exponent: float, std: float, unit: HydraulicUnit, tempe
 
 
 def completed(known: MachineKnowledge, leakage: MachineKnowledge) -> MachineKnowledge:
-    """What is known, and the leakage of a leak test where it is not: a sensor that knows it knows its law as well.
-
-    Args:
-        known: of all factors.
-        leakage: of a leak test.
-    """
+    """What is known, and the leakage of a leak test where it is not: a sensor that knows it knows its law as well."""
     if known.factors["leak"].identified:
         return known
     factors, assumed = {**known.factors, **leakage.factors}, {**known.assumed, **leakage.assumed}
@@ -171,8 +161,6 @@ def _assumed(
     otherwise means from then on that it has changed.
 
     Args:
-        factors: that were found.
-        assumptions: from before.
         by_other: probability that it leaks by another law than described; None: what the leak factor says of it.
     """
     machine = assumptions.machine
@@ -200,7 +188,6 @@ def _by_other_law(leak: float, std: float, assumptions: Assumptions) -> float:
     """Probability that a machine leaks by another law than described: Bayes' theorem.
 
     Args:
-        leak: its leak factor.
         std: of that factor [1].
         assumptions: with how probable both laws are, and how much a machine leaks by each.
     """

@@ -51,48 +51,31 @@ class LeakTestError(RamsightError):
 
 @dataclass(frozen=True)
 class Stretch:
-    """A stretch of steady slow turning.
+    """A stretch of steady slow turning."""
 
-    Attributes:
-        start, end: of its settled part [s].
-        motor_speed: mean [rad/s].
-        pressure: mean pressure above tank in the held manifold [Pa].
-        oil_temperature: mean [K].
-        factor: leakage over the data sheet's at this temperature [1].
-        std: standard deviation of `factor` from the torque's scatter and the speed's rounding [1].
-        systematic: what the pumps' described losses may put into it, the same in every stretch [1].
-        per_torque: how much `factor` changes if the torque is 1 % larger [1].
-    """
-
+    # start, end: of its settled part [s]
     start: float
     end: float
-    motor_speed: float
-    pressure: float
-    oil_temperature: float
-    factor: float
-    std: float
-    systematic: float
-    per_torque: float
+    motor_speed: float  # mean [rad/s]
+    pressure: float  # mean pressure above tank in the held manifold [Pa]
+    oil_temperature: float  # mean [K]
+    factor: float  # leakage over the data sheet's at this temperature [1]
+    std: float  # standard deviation of `factor` from the torque's scatter and the speed's rounding [1]
+    systematic: float  # what the pumps' described losses may put into it, the same in every stretch [1]
+    per_torque: float  # how much `factor` changes if the torque is 1 % larger [1]
 
 
 @dataclass(frozen=True)
 class LeakTest:
-    """What the leak tests of a log state.
+    """What the leak tests of a log state."""
 
-    Attributes:
-        factor: leakage over the data sheet's, corrected for viscosity [1].
-        std: its standard deviation: the torque's scatter, the speed's rounding, and what the pumps' described losses
-            may be off: hydro-mechanical efficiency anywhere within 0.02, no-load torque by a quarter [1].
-        per_kelvin: how much `factor` changes if the oil is 1 K warmer than the log states [1/K].
-        per_torque: how much `factor` changes if the torque is 1 % larger than the log states [1].
-        stretches: what it rests on.
-    """
-
-    factor: float
+    factor: float  # leakage over the data sheet's, corrected for viscosity [1]
+    # std: its standard deviation: the torque's scatter, the speed's rounding, and what the pumps' described losses
+    # may be off: hydro-mechanical efficiency anywhere within 0.02, no-load torque by a quarter [1]
     std: float
-    per_kelvin: float
-    per_torque: float
-    stretches: tuple[Stretch, ...]
+    per_kelvin: float  # how much `factor` changes if the oil is 1 K warmer than the log states [1/K]
+    per_torque: float  # how much `factor` changes if the torque is 1 % larger than the log states [1]
+    stretches: tuple[Stretch, ...]  # what it rests on
 
 
 def leak_test(unit: HydraulicUnit, log: Samples) -> LeakTest:
@@ -146,7 +129,6 @@ def per_kelvin(oil: Oil, temperature: float) -> float:
     Leakage through gaps is in inverse proportion to the viscosity (eq. 10).
 
     Args:
-        oil: of the unit.
         temperature: as reported [K].
     """
     return float(oil.viscosity(temperature + 1.0) / oil.viscosity(temperature)) - 1.0
@@ -171,11 +153,7 @@ def _stretches(unit: HydraulicUnit, log: Signals) -> list[Stretch]:
 
 
 class ClosedPump:
-    """The torque of a unit whose piston does not move: all that its pumps deliver is leakage.
-
-    Args:
-        unit: its parts, as the data sheet has them.
-    """
+    """The torque of a unit whose piston does not move: all that its pumps deliver is leakage."""
 
     def __init__(self, unit: HydraulicUnit) -> None:
         self.unit, self.limits, self._balance = unit, limits_of(unit), balance_of(with_friction_factor(unit))

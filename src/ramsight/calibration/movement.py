@@ -11,8 +11,7 @@ import numpy as np
 from ramsight.arrays import Array
 from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.profile import Duty, constant, trapezoid_moves
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import integrate, outputs
+from ramsight.engine.run import Outcome, integrate, outputs
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import CircuitModel
 from ramsight.plant.limits import limits_of
@@ -58,11 +57,9 @@ def sweep(
     """Simulate the unit at one constant speed, over loads and oil temperatures, in both directions.
 
     Args:
-        unit: the unit, taken to be its data sheet.
         motor_speed: magnitude [rad/s].
         temperatures: [K], increasing.
         loads: how many, from 1 kN to a little above the relief valve's opening; a quarter of them close to that.
-        advance: called with 1 after every run; there are 2 * loads * len(temperatures).
 
     Raises:
         SimulationError: if a run does not reach its end.
@@ -117,12 +114,7 @@ def calibrate(
 
 
 def tabulate(unit: HydraulicUnit, found: Sweep) -> MovementTable:
-    """Make the table of a sweep.
-
-    Args:
-        unit: the unit that was swept.
-        found: its sweep.
-    """
+    """Make the table of a sweep."""
     lift_torque, lift = _on_common_grid(found.torque[0], found.movement[0])
     # Lowering through an open relief valve has no movement of its own to a torque: such loads are left out.
     clear = (found.relieved[1] <= _RELIEF_PASSES).all(axis=0)

@@ -15,8 +15,8 @@ from ramsight.calibration.loss_uncertainty import rougher
 from ramsight.errors import DescriptionError
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Composed, DirectDriven, Unit
-from ramsight.machine.efficiencies import COLUMNS
 from ramsight.machine.parts import Hose, Pump
+from ramsight.machine.pump_description import COLUMNS
 from ramsight.machine.reading import loads
 from ramsight.units import to_si
 
@@ -30,11 +30,6 @@ def changes(machine: Machine, unit: str, known: MachineKnowledge) -> dict[str, t
     Leakage is written as the volumetric efficiency that the pump has left, wear like an orifice's as its flow at the
     nominal pressure, friction and bulk moduli in proportion; of a pump with a table the table's efficiencies change.
     What the log does not tell is left alone. How well a factor is known is what the sensor assumes from then on.
-
-    Args:
-        machine: the description.
-        unit: the unit's name.
-        known: what was found of it.
     """
     described = machine.unit(unit)
     factors = {name: one for name, one in known.factors.items() if one.identified}
@@ -129,15 +124,10 @@ def _table(pump: Pump, leak: float, friction: float, moduli: tuple[float, float]
 
 @dataclass(frozen=True)
 class Tuned:
-    """A tuned machine.
+    """A tuned machine."""
 
-    Attributes:
-        machine: its description, checked.
-        text: the same as TOML, with the source of every value that has one.
-    """
-
-    machine: Machine
-    text: str
+    machine: Machine  # its description, checked
+    text: str  # the same as TOML, with the source of every value that has one
 
 
 def tuned(machine: Machine, unit: str, known: MachineKnowledge, by: str) -> Tuned:

@@ -65,7 +65,7 @@ def calibrate(
         f"{movement.lift_torque[0]:.1f} to {movement.lift_torque[-1]:.1f} N m while lifting"
     )
     if figure is not None:
-        from ramsight.calibration.movement_figure import movement_figure
+        from ramsight.calibration.pump_map_figure import movement_figure
 
         movement_figure(movement, f"{unit}: calibrated at {format_si(motor_speed, 'rpm')}", figure)
         say_written(figure)
@@ -194,7 +194,7 @@ def _identify_values(
 ) -> None:
     """Find the values of a description, and write what was asked for."""
     from ramsight.api.calibrating import identify_values
-    from ramsight.calibration.fit_report import described, map_with, values_summary
+    from ramsight.calibration.identify_report import described, map_with, values_summary
     from ramsight.logs.channel_map import load_map
     from ramsight.machine import load_machine
     from ramsight.output import check_apart, check_target, write_text

@@ -68,12 +68,7 @@ def group(**options: Any) -> typer.Typer:
 
 
 def coloured(word: str, colour: str) -> str:
-    """A word in a colour, for a terminal; `NO_COLOR` switches it off, and a pipe has none.
-
-    Args:
-        word: what is said.
-        colour: a name of Typer's: red, yellow, green.
-    """
+    """A word in a colour, for a terminal; `NO_COLOR` switches it off, and a pipe has none."""
     return word if os.environ.get("NO_COLOR") else typer.style(word, fg=colour)
 
 
@@ -105,12 +100,7 @@ def say_table(what: RenderableType) -> None:
 
 
 def say_error(text: object, kind: str = "error") -> None:
-    """Say on standard error what a user can mend, on one line.
-
-    Args:
-        text: what it is.
-        kind: error or warning.
-    """
+    """Say on standard error what a user can mend, on one line."""
     words = " ".join(str(text).split())
     typer.echo(f"{coloured(kind, _KINDS[kind])}: {one_line(words)}", err=True)
 
@@ -134,7 +124,6 @@ def named_unit(machine: str, unit: str | None) -> str:
     """The unit that is passed, or the only one of a machine.
 
     Args:
-        machine: name or file.
         unit: of ``--unit``; None where it was left out.
 
     Raises:
@@ -169,9 +158,6 @@ WARNED = 1
 @contextmanager
 def strictly(*, is_strict: bool) -> Iterator[None]:
     """Count the warnings of logs meanwhile; at the end leave with `WARNED` if there were any and it is strict.
-
-    Args:
-        is_strict: whether warnings are errors.
 
     Raises:
         typer.Exit: there were warnings, and it is strict.

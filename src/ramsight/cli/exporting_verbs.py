@@ -211,7 +211,7 @@ def export_fmeda(
     Example: ramsight export fmeda mining-loader --unit boom --out fmeda.csv
     """
     unit = named_unit(machine, unit)
-    from ramsight.api.fmeda_tables import export_fmeda as export_table
+    from ramsight.api.exporting import export_fmeda as export_table
 
     say(f"{out}: {export_table(machine, unit, out=out)} faults written; failure_rate_fit is yours to fill in")
 
@@ -229,7 +229,7 @@ def fmeda(
 
     Example: ramsight fmeda fmeda.csv
     """
-    from ramsight.api.fmeda_tables import diagnostic_coverage
+    from ramsight.api.exporting import diagnostic_coverage
     from ramsight.output import check_apart, check_target, write_text
 
     check_target(out, (".csv",))

@@ -118,7 +118,7 @@ def history_show(
     Example: ramsight history show mining-loader --unit boom --serial 4711
     """
     from ramsight.api.histories import histories
-    from ramsight.histories.assessed_text import fleet_table, machine_text
+    from ramsight.histories.history_page import fleet_table, machine_text
 
     found = histories(store, machine, unit, serial, limits_of(limit))
     give(machines=[_figures(one) for one in found])
@@ -154,7 +154,7 @@ def history_plot(
     Example: ramsight history plot mining-loader --unit boom --serial 4711 --out boom.png
     """
     from ramsight.api.histories import history_of_one
-    from ramsight.histories.history_figure import history_figure
+    from ramsight.histories.history_page import history_figure
     from ramsight.output import check_figure
 
     check_figure(out)

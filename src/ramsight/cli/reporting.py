@@ -28,8 +28,6 @@ class Report:
 
     Args:
         verb: its name, ``logs-inspect`` of `ramsight logs inspect`.
-        as_json: whether the figures are printed in the place of words.
-        is_quiet: whether words that are no result are left out.
     """
 
     def __init__(self, verb: str = "", *, as_json: bool = False, is_quiet: bool = False) -> None:
@@ -103,8 +101,6 @@ def scripted(verb: Callable[..., Any], name: str, *, has_figures: bool) -> Calla
     """A verb with ``--quiet``, and with ``--json`` if it states figures.
 
     Args:
-        verb: the function.
-        name: of the verb in the format's.
         has_figures: whether it calls `give`.
     """
 

@@ -110,7 +110,7 @@ def simulate(
     unit = named_unit(machine, unit)
     from ramsight.api.duties import SEEDED, duty_for, named_loads, with_names
     from ramsight.api.simulating import recorded, reported_how
-    from ramsight.duty.run_summary import run_cautions, run_numbers, run_summary
+    from ramsight.duty.run_figures import run_cautions, run_numbers, run_summary
     from ramsight.machine import load_machine
     from ramsight.plant.as_built import AsBuilt
     from ramsight.plant.build import build

@@ -321,20 +321,14 @@ def _overlaid(
     """Several logs laid over each other.
 
     Args:
-        machine: that they are of.
-        unit: of it.
-        logs: two at least.
         asked: what is at 0 s, and at which instants to read.
-        options: of `ramsight.track`.
-        out: the table.
-        drawn: the figure's file, width and style.
     """
-    from ramsight.api.overlaying import overlay
     from ramsight.api.plotting import look_of
+    from ramsight.api.second_channel import overlay
     from ramsight.optional import check_extra
     from ramsight.output import check_apart, check_figure, check_table
+    from ramsight.tracking.compared_figure import overlay_figure, write_overlay
     from ramsight.tracking.figures import verbatim
-    from ramsight.tracking.overlay_figure import overlay_figure, write_overlay
 
     figure, width, style = drawn
     check_table(out)

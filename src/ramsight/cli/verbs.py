@@ -18,7 +18,6 @@ from ramsight.cli import (
     comparing_verbs,
     exporting_verbs,
     history_verbs,
-    look_verbs,
     machine_verbs,
     simulation_verbs,
     tracking_verbs,
@@ -93,10 +92,7 @@ def offer(to: typer.Typer, verb: Callable[..., Any], name: str | None = None, *,
     """Offer a verb with its docstring as help, in which each example has a line of its own that can be copied.
 
     Args:
-        to: the group that gets it.
-        verb: the function.
         name: what it is called there; by default as the function, with hyphens.
-        alone: it is what the group does by itself.
     """
     # \b makes Click leave the lines of a paragraph as they are.
     text = re.sub(r"((?:^Example: .*\n*)+)\Z", _examples, inspect.getdoc(verb) or "", flags=re.MULTILINE)
@@ -156,7 +152,7 @@ SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
         calibration_verbs.commission,
     ),
     "Deploy": (bus_verbs.encoder, exporting_verbs.fmeda),
-    "Look on": (look_verbs.demo, look_verbs.studio),
+    "Look on": (machine_verbs.demo, machine_verbs.studio),
 }
 """Verbs by what they are for, as the help lists them; groups of verbs join theirs in `GROUPS`."""
 FIGURES = (

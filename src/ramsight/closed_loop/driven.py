@@ -12,9 +12,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
 from ramsight.closed_loop.planning import Knowledge, Visit, due, learned_factors
-from ramsight.closed_loop.referencing import ASKS, Referencing, felt, place
+from ramsight.closed_loop.referencing import ASKS, Feedback, LoopSettings, Referencing, felt, place
 from ramsight.closed_loop.thresholds import LONGEST_MOVE, LOOP_SETTLE_TIME, POSITION_SENSOR_STD
 from ramsight.control.activity import STOPS, Activity
 from ramsight.control.position import Command, PositionControl

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ramsight.closed_loop.driven import DrivenUnits
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.duty.linked_duty import LinkedDuty
 from ramsight.duty.live import Instant, LinkedInstant, LiveMachine, LiveUnit
 from ramsight.duty.profile import Duty, Profile, constant

@@ -26,17 +26,11 @@ from ramsight.sensor.virtual_sensor import VirtualSensor
 
 @dataclass(frozen=True)
 class Leg:
-    """A move that is to come.
+    """A move that is to come."""
 
-    Args:
-        way: [m], extension positive.
-        load: on the way [N].
-        speed: [m/s].
-    """
-
-    way: float
-    load: float
-    speed: float
+    way: float  # [m], extension positive
+    load: float  # on the way [N]
+    speed: float  # [m/s]
 
     @property
     def time(self) -> float:
@@ -47,10 +41,6 @@ class Leg:
 @dataclass(frozen=True, eq=False)
 class Knowledge:
     """What is not known of a cylinder.
-
-    Args:
-        by: the cylinder's motor speeds, with what is known of leakage and temperature.
-        covariance: of position [m], factors of leakage and displacement [1], shape (3, 3).
 
     Example:
         >>> from ramsight import machine
@@ -65,8 +55,8 @@ class Knowledge:
         '2 mm'
     """
 
-    by: Actuation
-    covariance: Array
+    by: Actuation  # the cylinder's motor speeds, with what is known of leakage and temperature
+    covariance: Array  # of position [m], factors of leakage and displacement [1], shape (3, 3)
 
     @classmethod
     def of(cls, sensor: VirtualSensor, control: PositionControl) -> Knowledge:
@@ -107,16 +97,12 @@ class Knowledge:
 
 @dataclass(frozen=True)
 class Visit:
-    """A visit to an end stop that could be made.
+    """A visit to an end stop that could be made."""
 
-    Args:
-        lifted: the stop at the end of lifting; else that of lowering.
-        slow: as slowly as a reference is looked for all the way, so that more leaks, and more is learned of that.
-        turns: place from which the stop is visited [m], so that the way there is long enough; NaN: from where it is.
-    """
-
-    lifted: bool
+    lifted: bool  # the stop at the end of lifting; else that of lowering
+    # slow: as slowly as a reference is looked for all the way, so that more leaks, and more is learned of that
     slow: bool = False
+    # turns: place from which the stop is visited [m], so that the way there is long enough; NaN: from where it is
     turns: float = math.nan
 
     def legs(self, control: PositionControl, position: float, load: float) -> tuple[Leg, ...]:
@@ -131,17 +117,11 @@ class Visit:
 
 @dataclass(frozen=True)
 class Expected:
-    """What is expected of visits, one after the other.
+    """What is expected of visits, one after the other."""
 
-    Attributes:
-        visits: the visits; none if it is empty.
-        cost: time that they take [s], the way back to work among it.
-        std: root of the mean square of the position's standard deviations after each move of the work [m].
-    """
-
-    visits: tuple[Visit, ...]
-    cost: float
-    std: float
+    visits: tuple[Visit, ...]  # the visits; none if it is empty
+    cost: float  # time that they take [s], the way back to work among it
+    std: float  # root of the mean square of the position's standard deviations after each move of the work [m]
 
 
 def expected(

@@ -51,17 +51,11 @@ class Event(Enum):
 
 @dataclass(frozen=True)
 class Transition:
-    """A row of the table.
+    """A row of the table."""
 
-    Args:
-        before: activities that it leads from.
-        when: what happens.
-        after: where it leads.
-    """
-
-    before: tuple[Activity, ...]
-    when: Event
-    after: Activity
+    before: tuple[Activity, ...]  # activities that it leads from
+    when: Event  # what happens
+    after: Activity  # where it leads
 
 
 ANY = tuple(Activity)
@@ -128,7 +122,6 @@ def follow(now: ActivityState, events: Sequence[tuple[Activity | None, Event, Co
     """Go where the table leads.
 
     Args:
-        now: the activity.
         events: that may happen: in which activity (None: in any), and whether they do.
 
     Raises:
@@ -146,7 +139,6 @@ def fail(now: ActivityState, reasons: Mapping[R, Condition], ramp: Real) -> Acti
     """Stop, unless the cylinder stops already.
 
     Args:
-        now: the activity.
         reasons: to stop, and whether they hold; the first one that does counts.
         ramp: with which the motor comes to rest [rad/s2].
     """

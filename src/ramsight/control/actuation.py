@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from ramsight.control import thresholds
 from ramsight.control.thresholds import FORCE_TAPER, REACHABLE_SHARE
 from ramsight.control.trajectory import Limits
-from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
@@ -20,33 +20,61 @@ from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
 
 
-@dataclass(frozen=True, eq=False)
-class Actuation:
-    """A unit's motor speeds, by its data sheet and what its sensor has learned.
+@dataclass(frozen=True)
+class Tuning:
+    """How a cylinder is driven; reasons of the defaults stand in `ramsight.control.thresholds`.
 
-    Args:
-        unit: the unit's parts, as its data sheet has them.
-        limits: what the cylinder may do.
-        tuning: how it is driven.
-        period: of the samples [s].
-        holding: what holds the load at rest.
-        lag: by which reports are behind commands [s].
-        slope: largest change of the motor's speed that is asked for [rad/s2].
-        leak: factor of the leakage that the sensor has learned [1].
-        displacement: the same of the displacement [1].
-        temperature: of the oil, its noise averaged [K].
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build
+        >>> boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
+        >>> f"{1e3 * Tuning.following_error_limit(Limits.of(boom)):.0f} mm, {Tuning.leak_test_share(boom):.3f}"
+        '42 mm, 0.584'
     """
 
-    unit: HydraulicUnit
-    limits: Limits
-    tuning: Tuning
-    period: float
-    holding: Holding
-    lag: float
-    slope: float
-    leak: Real = 1.0
-    displacement: Real = 1.0
-    temperature: Real = T40
+    gain: float = thresholds.POSITION_GAIN  # velocity per error of the position [1/s]
+    creeping: float = thresholds.CREEPING_SPEED  # least velocity of a lift behind a valve [m/s]
+    # opening: least motor speed of lowering, over the one at which the valve begins to open [1]
+    opening: float = thresholds.OPENING_RATIO
+    settling: float = thresholds.SETTLE_TIME  # time at rest after which the target is looked at again [s]
+    tolerance: float = thresholds.TARGET_TOLERANCE  # error there from which the move is repeated [m]
+    tries: int = int(thresholds.LANDING_TRIES)  # largest number of such repeats
+    dead_band: float = thresholds.DEAD_BAND  # error at rest that a pump which holds the load does not correct [m]
+    motor_acceleration: float = thresholds.MOTOR_ACCELERATION  # largest that is asked for [rad/s2]
+    slowed: float = thresholds.UNCERTAIN_SPEED_SHARE  # share of the speed while sensor or drive are uncertain [1]
+    # homing_share: velocity near and on the way to an unknown end stop, over the largest [1]
+    homing_share: float = thresholds.HOMING_SPEED_SHARE
+    contact_time: float = thresholds.CONTACT_TIME  # standstill after which a rod counts as on the stop [s]
+    pressing: float = thresholds.PRESSING_TIME  # time for which the cylinder then presses on the stop [s]
+    # pressing_share: load with which it presses where the pump holds the load, over that at relief pressure [1]
+    pressing_share: float = thresholds.PRESSING_SHARE
+    leak_test_time: float = thresholds.LEAK_TEST_TIME  # of a leak test [s]
+
+    @staticmethod
+    def following_error_limit(limits: Limits) -> float:
+        """Largest distance between trajectory and estimate [m]: a sensor's first error, and `FOLLOWING_TIME` of way."""
+        return limits.landing_zone + thresholds.FOLLOWING_TIME * limits.speed
+
+    @staticmethod
+    def leak_test_share(unit: HydraulicUnit) -> float:
+        """Motor speed of a leak test over the one at which the rod would begin to lift [1]."""
+        return max(1.0 - thresholds.LEAK_TEST_SIGMAS * unit.assumptions.machine.leak, thresholds.LEAK_TEST_LEAST)
+
+
+@dataclass(frozen=True, eq=False)
+class Actuation:
+    """A unit's motor speeds, by its data sheet and what its sensor has learned."""
+
+    unit: HydraulicUnit  # the unit's parts, as its data sheet has them
+    limits: Limits  # what the cylinder may do
+    tuning: Tuning  # how it is driven
+    period: float  # of the samples [s]
+    holding: Holding  # what holds the load at rest
+    lag: float  # by which reports are behind commands [s]
+    slope: float  # largest change of the motor's speed that is asked for [rad/s2]
+    leak: Real = 1.0  # factor of the leakage that the sensor has learned [1]
+    displacement: Real = 1.0  # the same of the displacement [1]
+    temperature: Real = T40  # of the oil, its noise averaged [K]
 
     @classmethod
     def of(

@@ -16,7 +16,7 @@ import casadi as ca
 
 from ramsight.control import drive_watch, homing, moving
 from ramsight.control.activity import STOPS, Activity, ActivityState, Event, fail, follow
-from ramsight.control.actuation import Actuation
+from ramsight.control.actuation import Actuation, Tuning
 from ramsight.control.decision import Sample, Wish
 from ramsight.control.drive_watch import Declaration, Report, Verdict, WatchState
 from ramsight.control.homing import Homing
@@ -25,7 +25,6 @@ from ramsight.control.orders import OUTPUTS, STOPPED_BY, Inputs, LastOrder, Orde
 from ramsight.control.sensing import Sensed, reliance_on, sensed_at, smoothed_temperature
 from ramsight.control.thresholds import LARGEST_NUMBER, NO_PLACE, STANDSTILL_ROUNDING, STOPPING_TIME
 from ramsight.control.trajectory import Limits
-from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.engine.recursion import Recursion, recursion_of
@@ -66,20 +65,14 @@ class ControlState:
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """A control as a recursion.
+    """A control as a recursion."""
 
-    Attributes:
-        recursion: its graph; the inputs are `INPUTS`, the outputs `OUTPUTS` and `LIVE_OUTPUTS`, the parameter is the
-            largest acceleration of a move [m/s2].
-        initial: state at power-up: at rest, with no target.
-        by: the cylinder's motor speeds, limits, tuning and period.
-        response: how its drive is declared to follow.
-    """
-
+    # recursion: its graph; the inputs are `INPUTS`, the outputs `OUTPUTS` and `LIVE_OUTPUTS`, the parameter is the
+    # largest acceleration of a move [m/s2]
     recursion: Recursion
-    initial: ControlState
-    by: Actuation
-    response: DriveResponse
+    initial: ControlState  # state at power-up: at rest, with no target
+    by: Actuation  # the cylinder's motor speeds, limits, tuning and period
+    response: DriveResponse  # how its drive is declared to follow
 
 
 def position_block(
@@ -281,10 +274,8 @@ def _speed(stops: Flag, ramp: Scalar, wishes: Sequence[tuple[Flag, Real]], now: 
     """The next motor speed [rad/s]: what the activity asks for, within the largest change; in a stop, to standstill.
 
     Args:
-        stops: whether the cylinder stops.
         ramp: of the motor's speed then [rad/s2].
         wishes: of each activity, whether it is the one, and its motor speed [rad/s].
-        now: the sample.
     """
     wish: Real = scalar(0.0)
     for active, speed in wishes:

@@ -56,10 +56,7 @@ def standing(response: DriveResponse, period: float, kept: int, times: int) -> D
     """The state of a drive that stands.
 
     Args:
-        response: how it is declared to follow.
         period: of the samples [s].
-        kept: samples of commands that are looked at.
-        times: samples within the declared lag.
     """
 
     def zeros(count: int) -> tuple[Scalar, ...]:

@@ -15,10 +15,10 @@ from statistics import NormalDist
 
 import casadi as ca
 
-from ramsight.control import speed_repeats, thresholds
+from ramsight.control import repeats as speed_repeats
+from ramsight.control import thresholds
 from ramsight.control.declared_drive import DeclaredDrive, followed_by, standing
-from ramsight.control.repeats import repeats_in_a_row, runs, runs_of, upper_share
-from ramsight.control.speed_repeats import SpeedRepeats
+from ramsight.control.repeats import SpeedRepeats, repeats_in_a_row, runs, runs_of, upper_share
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.engine.typed_state import chosen, leaf
 from ramsight.expression import Condition, Flag, Real, Scalar, all_of, any_of, count, flag, negated, scalar
@@ -181,9 +181,6 @@ def look(state: WatchState, declared: Declaration, report: Report, command: Real
     """The state after a sample, and what was found.
 
     Args:
-        state: before it.
-        declared: what the drive may do.
-        report: of the sample.
         command: the speed that was asked for until now [rad/s].
     """
     drive = followed_by(state.declared, declared.response, declared.period, command)

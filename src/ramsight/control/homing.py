@@ -45,10 +45,6 @@ class Homing:
 def end_stop(unit: HydraulicUnit, *, lifted: bool) -> float:
     """Where the end stop of lifting, or that of lowering, is [m].
 
-    Args:
-        unit: the unit's parts.
-        lifted: whether it is that of lifting.
-
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.build import build
@@ -72,13 +68,7 @@ def ordered(state: Homing, orders: Orders, unit: HydraulicUnit) -> Homing:
 
 
 def homed(state: Homing, now: Sample, when: Flag) -> tuple[Homing, Wish]:
-    """Fast while the stop is known to be far, then slowly, then press.
-
-    Args:
-        state: before the sample.
-        now: the sample.
-        when: whether the cylinder is homed.
-    """
+    """Fast while the stop is known to be far, then slowly, then press."""
     by, sensed, slow = now.by, now.sensed, slow_velocity(now.by)
     away = abs(state.end - sensed.position)
     fast = ca.fmax(ca.fmin(now.inputs.speed, by.limits.speed), slow)
@@ -121,12 +111,10 @@ def approach(by: Actuation, velocity: Real, away: Real, std: Real, fast: Real, t
     """The next velocity [m/s]: fast while the stop is far with `FAR_SIGMAS`, then slow.
 
     Args:
-        by: the cylinder's motor speeds.
         velocity: until now [m/s].
         away: distance of the stop [m].
         std: the position's standard deviation [m].
         fast: velocity where it is far [m/s].
-        trusted: whether the position may be relied on.
     """
     limits, change = by.limits, by.limits.acceleration * by.period
     far = away - limits.landing_zone - FAR_SIGMAS * std > 0.5 * limits.speed**2 / limits.acceleration

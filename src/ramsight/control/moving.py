@@ -58,9 +58,6 @@ def moved(state: Move, now: Sample, when: Flag, felt: Scalar) -> tuple[Move, Wis
     """Along the trajectory until the target is near.
 
     Args:
-        state: before the sample.
-        now: the sample.
-        when: whether the cylinder moves to a target.
         felt: load on the way to the end stop that it may leave [N].
 
     Returns:
@@ -111,7 +108,6 @@ def _load_behind(by: Actuation, gone: Scalar, direction: Scalar, felt: Scalar, l
     nor a rest, of which a sensor makes the wrong one.
 
     Args:
-        by: the cylinder's motor speeds.
         gone: way of the trajectory from the stop that it leaves [m]; large where it leaves none.
         direction: of the move, +1 or -1.
         felt: load on the way to the stop [N].
@@ -152,14 +148,7 @@ class LeakTest:
 
 
 def leak_tested(state: LeakTest, now: Sample, when: Flag, begins: Flag) -> tuple[LeakTest, Wish]:
-    """Turn until the time is over.
-
-    Args:
-        state: before the sample.
-        now: the sample.
-        when: whether there is a leak test.
-        begins: whether this is its first sample, whose load gives the speed.
-    """
+    """Turn until the time is over."""
     by, first = now.by, all_of(when, begins)
     share = by.unit.lift_sign * by.tuning.leak_test_share(by.unit)
     speed = ca.if_else(first, share * by.leakage(now.sensed.load), state.speed)
@@ -180,11 +169,6 @@ def steered(state: Steering, now: Sample, when: Flag) -> tuple[Steering, Flag, S
 
     Without a position that may be relied on the rod goes as slowly as in homing, and the places of the stops are
     unknown.
-
-    Args:
-        state: before the sample.
-        now: the sample.
-        when: whether the cylinder is steered.
 
     Returns:
         The state, whether the rod goes, and the motor speed for that [rad/s].

@@ -125,8 +125,6 @@ def read_orders(last: LastOrder, inputs: Inputs, stroke: float) -> tuple[LastOrd
     """The orders of a sample: what differs from the sample before is new.
 
     Args:
-        last: what was asked for before.
-        inputs: of the sample.
         stroke: [m]; a target beyond it is none.
     """
     ask, target = inputs.ask, inputs.target

@@ -14,13 +14,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ramsight.control.activity import ACTIVITIES, STOPS, Activity, Event, after
-from ramsight.control.actuation import Actuation
+from ramsight.control.actuation import Actuation, Tuning
 from ramsight.control.block import VERDICTS, Notice, position_block
 from ramsight.control.homing import end_stop
 from ramsight.control.orders import Ask, Reason
 from ramsight.control.thresholds import NO_ORDER
 from ramsight.control.trajectory import Limits
-from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.duty.simulate import SAMPLE_PERIOD
@@ -33,17 +32,11 @@ from ramsight.sensor.virtual_sensor import Estimate
 
 @dataclass(frozen=True)
 class Command:
-    """What a control asks of its drive.
+    """What a control asks of its drive."""
 
-    Attributes:
-        motor_speed: at the next sample, reached evenly [rad/s].
-        activity: what it is doing.
-        reason: why it stops, has stopped or goes slowly; empty if it does none of that.
-    """
-
-    motor_speed: float
-    activity: Activity
-    reason: str = ""
+    motor_speed: float  # at the next sample, reached evenly [rad/s]
+    activity: Activity  # what it is doing
+    reason: str = ""  # why it stops, has stopped or goes slowly; empty if it does none of that
 
 
 @dataclass(frozen=True)

@@ -71,8 +71,6 @@ def sensed_at(last: Sensed, inputs: Inputs, period: float, stroke: float) -> Sen
     once the rod has gone through the whole of the stroke, wherever it was: a visit that began anywhere finds it.
 
     Args:
-        last: of the sample before.
-        inputs: of this one.
         period: between them [s].
         stroke: of the cylinder [m].
     """

@@ -27,23 +27,14 @@ from ramsight.plant.unit import HydraulicUnit
 
 @dataclass(frozen=True)
 class Limits:
-    """What a cylinder may do.
+    """What a cylinder may do."""
 
-    Args:
-        speed: largest velocity [m/s].
-        acceleration: largest, and for braking [m/s2].
-        landing_speed: largest velocity towards an end stop that is near [m/s].
-        landing_zone: how near that is [m].
-        jerk: largest change of the acceleration [m/s3].
-        force: largest load against a motion that is pushed on [N]; the sensor's, so with its error.
-    """
-
-    speed: float
-    acceleration: float
-    landing_speed: float
-    landing_zone: float
-    jerk: float = math.inf
-    force: float = math.inf
+    speed: float  # largest velocity [m/s]
+    acceleration: float  # largest, and for braking [m/s2]
+    landing_speed: float  # largest velocity towards an end stop that is near [m/s]
+    landing_zone: float  # how near that is [m]
+    jerk: float = math.inf  # largest change of the acceleration [m/s3]
+    force: float = math.inf  # largest load against a motion that is pushed on [N]; the sensor's, so with its error
 
     @classmethod
     def of(cls, unit: HydraulicUnit, speed: float | None = None, force: float = math.inf) -> Limits:
@@ -134,8 +125,6 @@ def advanced(
     """The way after a sample.
 
     Args:
-        way: before it.
-        limits: of the cylinder.
         stroke: [m].
         acceleration: largest now [m/s2].
         target: where to [m].

@@ -136,11 +136,7 @@ def _learned(axes: Any, sensor: Signals, name: str, words: str) -> None:
 
 
 def demonstrated(progress: bool = False) -> Shown:
-    """Track the log of the package: by the sensor without a start, and by the data sheet with the true one.
-
-    Args:
-        progress: show a bar on a terminal if it takes long.
-    """
+    """Track the log of the package: by the sensor without a start, and by the data sheet with the true one."""
     unit, truth = build(MACHINE, UNIT), truth_signals(POSITION)
     sensor = _track(unit, truth, "kalman", None, progress=progress)
     sheet = _track(unit, truth, "balance", float(truth["position"].values[0]), progress=progress)

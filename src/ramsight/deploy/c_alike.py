@@ -39,7 +39,6 @@ def collapsed(graph: Graph, parts: Sequence[int], rows: Sequence[Row]) -> Collap
     """A graph with what is done alike as one.
 
     Args:
-        graph: the operations.
         parts: number of each one's part, never less than that of what it needs.
         rows: what corresponds, a node of each a row, what comes first in the step first; the operations that lead
             there are compared backwards. A result that is chosen between a new value and an old one stands for the new.

@@ -4,21 +4,14 @@ from __future__ import annotations
 
 import casadi as ca
 
-from ramsight.deploy.c_function import PLAIN, array_function
-from ramsight.deploy.c_text import headings, indented, template
+from ramsight.deploy.c_function import PLAIN, array_function, headings, indented, template
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.tracking.comparing import Verdict, comparison_graph
 
 
 def comparison_source(unit: HydraulicUnit, prefix: str, machine: str) -> dict[str, str]:
-    """Header and body of the comparison, text by file name.
-
-    Args:
-        unit: the unit.
-        prefix: of all names, the sensor's.
-        machine: the machine's name, for the comments.
-    """
+    """Header and body of the comparison, text by file name."""
     recursion = comparison_graph()
     graph = recursion.graph
     step = ca.Function(

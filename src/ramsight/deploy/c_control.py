@@ -14,10 +14,9 @@ from ramsight.control.activity import ACTIVITIES
 from ramsight.control.block import Block
 from ramsight.control.orders import INPUTS, OUTPUTS, Reason
 from ramsight.control.thresholds import STOPPING_TIME
-from ramsight.deploy.c_function import PLAIN, array_function, literal
+from ramsight.deploy.c_function import PLAIN, array_function, golden_table, headings, indented, literal, template
 from ramsight.deploy.c_sensor import SensorSource
 from ramsight.deploy.c_step import field_of
-from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.engine.typed_state import initial_values
 from ramsight.plant.unit import HydraulicUnit
@@ -26,14 +25,7 @@ from ramsight.sensor.quantity import Quantity
 
 
 def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str) -> SensorSource:
-    """Header and body of a control.
-
-    Args:
-        block: the control.
-        unit: the unit.
-        prefix: of all names, as its sensor's.
-        machine: the machine's name, for the comments.
-    """
+    """Header and body of a control."""
     macro = prefix.upper()
     common = headings(prefix, machine, f"Position control of the {unit.name}") | {"states": len(block.recursion.state)}
     header = template(
@@ -94,7 +86,6 @@ def golden_control(source: SensorSource, rows: Any, said: NDArray[np.float64], f
     """The same with a recorded run and the program that compares.
 
     Args:
-        source: header and body.
         rows: inputs, shape (samples, inputs).
         said: motor speed [rad/s], activity and stop that was pressed [m], shape (samples, 3).
         fastest: largest motor speed [rad/s].

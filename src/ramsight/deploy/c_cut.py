@@ -72,13 +72,7 @@ class Part:
 
 
 def cut(name: str, items: Iterable[Line | Fork], longest: int = LONGEST) -> Part:
-    """A part of the step in functions.
-
-    Args:
-        name: of the part.
-        items: its lines.
-        longest: statements of a function, nearly.
-    """
+    """A part of the step in functions."""
     made = 0
 
     def calls(lines: Iterable[Line]) -> Iterator[Call]:

@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ramsight.arrays import Array
 from ramsight.deploy.c_compare import comparison_source
+from ramsight.deploy.c_function import headings, indented, template
 from ramsight.deploy.c_sensor import SensorSource, golden_source, inputs_of, sensor_source, unit_table
 from ramsight.deploy.c_step import identifier_of
-from ramsight.deploy.c_text import headings, indented, template
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
-from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.credentials import Export, credentials
-from ramsight.deploy.golden import SAMPLES, Array, faulty_day
-from ramsight.deploy.profiles import Profile
+from ramsight.deploy.golden import SAMPLES, faulty_day
+from ramsight.deploy.profiles import ControlOptions, Profile
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
@@ -33,21 +33,13 @@ _BUILDS = ((False, "-O2"), (False, "-Os"), (True, "-O2"), (True, "-Os"))
 
 @dataclass(frozen=True)
 class WrittenSensor:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        folder: where.
-        files: names of the files.
-        compiler: what compiled it; None if there is no compiler here.
-        footprints: what it takes on this machine, a row a build.
-        control: what the control takes, if there is one and a compiler.
-    """
-
-    folder: Path
-    files: tuple[str, ...]
-    compiler: str | None
-    footprints: tuple[Footprint, ...]
-    control: ControlFootprint | None = None
+    folder: Path  # where
+    files: tuple[str, ...]  # names of the files
+    compiler: str | None  # what compiled it; None if there is no compiler here
+    footprints: tuple[Footprint, ...]  # what it takes on this machine, a row a build
+    control: ControlFootprint | None = None  # what the control takes, if there is one and a compiler
 
 
 def write_sensor(
@@ -178,7 +170,6 @@ def golden_samples(sensor: VirtualSensor, unit: HydraulicUnit) -> tuple[Array, A
 
     Args:
         sensor: the `kalman` sensor of the unit; it is started.
-        unit: the unit.
 
     Returns:
         Samples, shape (samples, 5 and more) as `faulty_day` has them; position [m], its standard deviation [m],
@@ -242,12 +233,6 @@ def _table(measured: list[Footprint], compiler: str | None) -> str:
 
 def build_files(names: Iterable[str], prefix: str, machine: str, unit: str) -> dict[str, str]:
     """Build files of an exported folder, text by name.
-
-    Args:
-        names: of the folder's files.
-        prefix: of the names in the C; the library's name.
-        machine: the machine's name.
-        unit: the unit's name.
 
     Example:
         >>> files = build_files(["a.h", "a.c", "a_test.c"], "a", "press", "ram")

@@ -1,18 +1,24 @@
 """C from an SX function: one elementary operation, one line, with conditions as flags and `if_else` as `c ? a : b`.
 
 A `Dialect` states how each operation is written; `PLAIN` is C99 on scalars. What NaN, comparisons, minimum and maximum
-mean is what they mean in the engine (engine/llvm.py).
+mean is what they mean in the engine (engine/llvm.py). Around it stand templates, lists of lines and tables.
 """
 
 from __future__ import annotations
 
 import math
+import textwrap
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import resources
+from string import Template
 
 import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
 
+from ramsight._version import __version__
 from ramsight.engine.branches import Branch, choice, schedule
 from ramsight.engine.cache import instructions
 from ramsight.engine.graph import SELECT, Graph, Node, graph_of, side_by_side
@@ -43,10 +49,7 @@ def statements(
     """The lines of a function's body.
 
     Args:
-        function: the SX function.
-        read: the term of an input's element, by argument and nonzero.
         write: the statement that gives an output's element its value; all stand behind everything that is read.
-        dialect: how operations are written.
     """
     graph = graph_of(instructions(function))
     graph = graph.reordered(side_by_side(graph))
@@ -82,13 +85,7 @@ def statements(
 
 
 def result_kinds(graph: Graph, read: Callable[[int, int], Term], dialect: Dialect) -> dict[tuple[int, int], str]:
-    """Kinds of a function's results, without the text of their statements.
-
-    Args:
-        graph: of the function.
-        read: as of `statements`.
-        dialect: the same.
-    """
+    """Kinds of a function's results, without the text of their statements."""
     terms: list[Term] = []
     for node in graph.nodes:
         if node.code == ca.OP_INPUT:
@@ -106,9 +103,7 @@ def moved_inputs(
     """Inputs that are results elsewhere than where they stand: they may be written over before they are read.
 
     Args:
-        graph: of the function.
         written: results that are a new value or what stood in their place (`written_if`).
-        kept: of an output the input that it is written over.
     """
     values = {written[place][1] if place in written else node for place, node in graph.results}
     return {k for k in values if graph.nodes[k].code == ca.OP_INPUT and graph.nodes[k].place[0] in kept.values()}
@@ -116,10 +111,6 @@ def moved_inputs(
 
 def written_if(graph: Graph, kept: Mapping[int, int]) -> dict[tuple[int, int], tuple[int, int, bool]]:
     """Results that are a new value or what stood in their place already, and are nothing's operand.
-
-    Args:
-        graph: of the function.
-        kept: of an output the input that it is written over.
 
     Returns:
         Of their places the condition, the new value, and which way the condition has to be for it.
@@ -140,14 +131,10 @@ def written_if(graph: Graph, kept: Mapping[int, int]) -> dict[tuple[int, int], t
     return found
 
 
-def array_function(name: str, function: ca.Function, dialect: Dialect, *, outputs_end: str = "_") -> str:
+def array_function(name: str, function: ca.Function, dialect: Dialect) -> str:
     """An SX function as `static void NAME(inputs, outputs)` on arrays of `real`.
 
-    Args:
-        name: of the C function.
-        function: the SX function; an output `b_new` is written to the argument `b` plus `outputs_end`.
-        dialect: how operations are written.
-        outputs_end: what makes an output's name differ from an input's.
+    An output `b_new` is written to the argument `b_`.
 
     Example:
         >>> x = ca.SX.sym("x", 2)
@@ -158,7 +145,7 @@ def array_function(name: str, function: ca.Function, dialect: Dialect, *, output
         }
     """
     ins = function.name_in()
-    outs = [out.removesuffix("_new") + outputs_end for out in function.name_out()]
+    outs = [out.removesuffix("_new") + "_" for out in function.name_out()]
     arguments = [f"const real *RESTRICT {n}" for n in ins] + [f"real *RESTRICT {n}" for n in outs]
     used: set[int] = set()
 
@@ -252,3 +239,34 @@ PLAIN = Dialect(
     branches=True,
 )
 """C99 on scalars; needs `real`, `wide`, `R()` and `SQRT`, `EXP`, ... of that type."""
+
+
+def template(file: str, /, **values: object) -> str:
+    """A file of `deploy/c`, or a path in `deploy`, with the places `${...}` filled in."""
+    return Template(asset(file if "/" in file else f"c/{file}")).substitute({k: str(v) for k, v in values.items()})
+
+
+def asset(path: str) -> str:
+    """Text of a file in `deploy`, as it is."""
+    return (resources.files("ramsight.deploy") / path).read_text(encoding="utf-8")
+
+
+def headings(prefix: str, machine: str, title: str) -> dict[str, object]:
+    """What every template of a header or body is filled with."""
+    return {"p": prefix, "P": prefix.upper(), "version": __version__, "machine": machine, "title": title}
+
+
+def indented(statements: Iterable[str], indent: int = 2) -> str:
+    r"""Statements, a line each.
+
+    Example:
+        >>> indented(["a = 1;", "b = 2;"])
+        '  a = 1;\n  b = 2;'
+    """
+    return textwrap.indent("\n".join(statements), " " * indent)
+
+
+def golden_table(name: str, values: NDArray[np.float64]) -> str:
+    """Golden samples as an array of `GOLDEN` rows, shape (samples, columns)."""
+    body = ",\n".join(f"  {{{', '.join(map(literal, row))}}}" for row in values.tolist())
+    return f"static const double {name}[GOLDEN][{values.shape[1]}] = {{\n{body}\n}};\n"

@@ -41,7 +41,6 @@ def functions(parts: Sequence[Part], values: Mapping[str, Value], handed: Mappin
     """The C of a step's parts.
 
     Args:
-        parts: of the step.
         values: of it, by name.
         handed: what a function is handed a pointer to where its text has it, by name; `w` is the struct, `one` that of
             each.
@@ -149,7 +148,6 @@ class Places:
         """Places of a step's values.
 
         Args:
-            parts: of the step, in order.
             values: of the step, by name.
         """
         first, last = _lives(parts, values)

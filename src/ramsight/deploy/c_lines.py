@@ -90,11 +90,7 @@ class Scribe:
     terms: dict[int, Term] = field(default_factory=dict)
 
     def parts(self, count: int) -> list[list[Line | Fork]]:
-        """Lines of each part of the step, and those that write its results behind all of them.
-
-        Args:
-            count: of the parts.
-        """
+        """Lines of each part of the step, and those that write its results behind all of them."""
         graph = self.step.graph
         written = written_if(graph, self.kept)
         unneeded = {node for place, node in graph.results if place in written}

@@ -11,12 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight._version import __version__
-from ramsight.deploy import c_machine
 from ramsight.deploy.c_cut import LONGEST
-from ramsight.deploy.c_function import literal
-from ramsight.deploy.c_machine import MachineTable
+from ramsight.deploy.c_function import golden_table, headings, indented, literal, template
 from ramsight.deploy.c_step import WrittenStep, field_of, written_step
-from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.deploy.sensor_words import meaning
 from ramsight.engine.typed_state import Leaf
 from ramsight.plant.unit import HydraulicUnit
@@ -25,6 +22,63 @@ from ramsight.sensor.persistence import CLOCKED, STARTED, VELOCITY
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import CREEP_VELOCITY, MOTOR_TURNS, REST_TIME, SAVE_CHANGE, START_STD
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, VARIANCE, VirtualSensor
+
+
+@dataclass(frozen=True)
+class MachineTable:
+    """All that differs between the sensors of machines of one kind."""
+
+    kind: int  # of the step's text: tables of the same kind are of the same circuit, options and assumptions
+    identity: int  # of machine and sensor, for slots
+    stroke: float  # of the cylinder [m]
+    start: Mapping[str, float]  # states before the first sample, in the struct's order
+    constants: Mapping[str, float]  # what the step reads, by name
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """All of it, by the names of an FMU's parameters, in the struct's order."""
+        head = {"kind": float(self.kind), "identity": float(self.identity), "stroke": self.stroke}
+        return {
+            **{f"machine.{name}": value for name, value in head.items()},
+            **{f"machine.start.{name}": value for name, value in self.start.items()},
+            **{f"machine.constant.{name.removeprefix('k_')}": value for name, value in self.constants.items()},
+        }
+
+
+def declared_struct(table: MachineTable, prefix: str) -> str:
+    """The struct of a table, and the one of the machine that was exported."""
+    macro = prefix.upper()
+    fields = indented(f"{prefix}_real {name};" for name in table.constants)
+    return f"""/* The numbers of a machine; `ramsight export parameters` writes those of another one of this kind. */
+#define {macro}_KIND UINT32_C(0x{table.kind:08X})
+typedef struct {{
+  uint32_t kind, identity;
+  double stroke; /* [m] */
+  double start[{len(table.start)}]; /* states before the first sample */
+{fields}
+}} {prefix}_machine;
+extern const {prefix}_machine {prefix}_described; /* the machine that was exported */
+
+"""
+
+
+def initializer(table: MachineTable, prefix: str) -> str:
+    """The value of a table."""
+    start = ", ".join(map(literal, table.start.values()))
+    numbers = ",\n".join(f"  ({prefix}_real)({literal(v)}) /* {name} */" for name, v in table.constants.items())
+    head = f"UINT32_C(0x{table.kind:08X}), UINT32_C(0x{table.identity:08X}), {literal(table.stroke)}"
+    return f"{{\n  {head},\n  {{{start}}},\n{numbers}\n}}"
+
+
+def table_header(table: MachineTable, prefix: str, name: str) -> str:
+    """A header with the table of a machine."""
+    guard = f"{prefix}_{name}_MACHINE_H".upper()
+    return (
+        f"/* The numbers of {name}, for {prefix}_of(). Pass it before init, start or resume. */\n"
+        f'#ifndef {guard}\n#define {guard}\n\n#include "{prefix}.h"\n\n'
+        f"static const {prefix}_machine {prefix}_of_{name} = {initializer(table, prefix)};\n\n#endif\n"
+    )
+
 
 ROW = ("time [s]", "motor speed [rad/s]", "motor torque [N m]", "oil temperature [K]", "reference [m]")
 """Columns of a row of samples; what else a sensor takes comes after them."""
@@ -56,10 +110,6 @@ def sensor_source(
     """Header and body of a sensor.
 
     Args:
-        sensor: the `kalman` sensor of the unit.
-        unit: the unit.
-        prefix: of all names.
-        machine: the machine's name, for the comments.
         single: reals are floats by default.
         tabled: the machine's numbers are a table that the sensor is handed, not constants.
         longest: statements of a function, nearly; checkers whose time grows faster than a function take short ones.
@@ -77,7 +127,7 @@ def sensor_source(
         statuses=indented(f"{macro}_{s.name} = {int(s)}, /* {s.text} */" for s in Status),
         outputs=indented(_outputs(sensor, prefix)),
         states=indented(f"{'double' if name in wide else f'{prefix}_real'} {name};" for name in states),
-        machines=c_machine.declared(table, prefix) if tabled else "",
+        machines=declared_struct(table, prefix) if tabled else "",
         chosen=f"  const {prefix}_machine *machine;\n  uint32_t chosen; /* by `of` */\n" if tabled else "",
         of=template("machine.h", **common) if tabled else "",
         bytes=f"(20 + 8 * {wides} + (int)sizeof({prefix}_real) * {len(states) - wides})",
@@ -138,7 +188,6 @@ def golden_source(
     """The same with golden samples and the program that runs them.
 
     Args:
-        source: header and body.
         inputs: time, motor speed, torque, oil temperature, reference (NaN: none) and `further`, shape (samples, 5 and
             more).
         outputs: position, standard deviation, velocity, load and status, shape (samples, 5).
@@ -184,22 +233,14 @@ def _outputs(sensor: VirtualSensor, prefix: str) -> Iterator[str]:
 
 
 def unit_table(sensor: VirtualSensor) -> str:
-    """Inputs and outputs with their units, a row each of a Markdown table.
-
-    Args:
-        sensor: the `kalman` sensor of the unit.
-    """
+    """Inputs and outputs with their units, a row each of a Markdown table."""
     rows = [(f"in.{name}", *said) for name, said in input_words(sensor).items()]
     rows += [(f"out.{name}", *said) for name, said in output_words(sensor).items()]
     return "\n".join(f"| `{name}` | {unit} | {words} |" for name, unit, words in rows)
 
 
 def input_words(sensor: VirtualSensor) -> dict[str, tuple[str, str]]:
-    """Unit and meaning of each input, in the order in which C has them.
-
-    Args:
-        sensor: the `kalman` sensor of the unit.
-    """
+    """Unit and meaning of each input, in the order in which C has them."""
     return {
         "time": ("s", "of any clock; only differences count"),
         "motor_speed": ("rad/s", "positive extends"),
@@ -211,11 +252,7 @@ def input_words(sensor: VirtualSensor) -> dict[str, tuple[str, str]]:
 
 
 def output_words(sensor: VirtualSensor) -> dict[str, tuple[str, str]]:
-    """Unit and meaning of each output, in the order in which C has them; of the status, where to look.
-
-    Args:
-        sensor: the `kalman` sensor of the unit.
-    """
+    """Unit and meaning of each output, in the order in which C has them; of the status, where to look."""
     return {
         name: (sensor.units.get(name, ""), "see below" if name == "status" else meaning(name))
         for name in sensor.recursion.outputs
@@ -223,12 +260,7 @@ def output_words(sensor: VirtualSensor) -> dict[str, tuple[str, str]]:
 
 
 def machine_table(sensor: VirtualSensor, prefix: str) -> MachineTable:
-    """The numbers of a sensor's machine, as the C that `sensor_source` writes with `tabled` takes them.
-
-    Args:
-        sensor: the `kalman` sensor of the unit.
-        prefix: of the C's names.
-    """
+    """The numbers of a sensor's machine, as the C that `sensor_source` writes with `tabled` takes them."""
     return _tabled_step(sensor, prefix, tabled=True)[1]
 
 
@@ -263,7 +295,7 @@ def _by_constants(table: MachineTable, wide: Container[str]) -> dict[str, str]:
 
 def _by_table(table: MachineTable, prefix: str, common: Mapping[str, object]) -> dict[str, str]:
     """The same as a table that it is handed."""
-    defined = f"const {prefix}_machine {prefix}_described = {c_machine.initializer(table, prefix)};"
+    defined = f"const {prefix}_machine {prefix}_described = {initializer(table, prefix)};"
     return {
         "constants": "\n".join(f"#define {name} (s->machine->{name})" for name in table.constants),
         "defined": f"{defined}\n\n",

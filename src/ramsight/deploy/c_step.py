@@ -43,14 +43,7 @@ class WrittenStep:
 
 
 def written_step(sensor: VirtualSensor, prefix: str, *, tabled: bool, longest: int = LONGEST) -> WrittenStep:
-    """A sensor's step as C.
-
-    Args:
-        sensor: the `kalman` sensor of a unit.
-        prefix: of all names.
-        tabled: the state knows where the machine's numbers are.
-        longest: statements of a function, nearly.
-    """
+    """A sensor's step as C."""
     recursion = sensor.recursion
     sections = sensor.sections()
     graph, parts, rows, prepare = _read(recursion, sections)
@@ -221,10 +214,6 @@ def identifier_of(name: str) -> str:
 def live_marks(graph: Graph, first: int) -> set[tuple[int, int]]:
     """Elements of a function's marks that its results need as well.
 
-    Args:
-        graph: of the function.
-        first: its first output that is a mark.
-
     Returns:
         Their places, output and element.
     """
@@ -241,8 +230,6 @@ def by_section(graph: Graph, first: int, count: int) -> tuple[Graph, list[int]]:
 
     Args:
         graph: of a function whose outputs from `first` on are marks: what each part of the step leads to.
-        first: its first output that is a mark.
-        count: how many outputs are marks.
 
     Returns:
         The graph, and of each operation the number of its part, 0 to `count`.

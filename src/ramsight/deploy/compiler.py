@@ -9,7 +9,7 @@ import subprocess
 import tempfile
 from base64 import b64decode, b64encode
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -17,7 +17,8 @@ from functools import cache
 from pathlib import Path
 
 from ramsight.engine.kept import keep, key_of, read_kept
-from ramsight.errors import RamsightError
+from ramsight.errors import DescriptionError, RamsightError
+from ramsight.optional import imported
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
 """How exported C compiles."""
@@ -33,40 +34,24 @@ class CompilerError(RamsightError):
 
 @dataclass(frozen=True)
 class Footprint:
-    """What a sensor takes on this machine.
+    """What a sensor takes on this machine."""
 
-    Attributes:
-        precision: ``double`` or ``float``.
-        optimised: the compiler's level.
-        code: bytes of code and constants.
-        stack: bytes of the step's frame.
-        state: bytes of the struct.
-        saved: bytes of a slot.
-        step: time of a step [s].
-    """
-
-    precision: str
-    optimised: str
-    code: int
-    stack: int
-    state: int
-    saved: int
-    step: float
+    precision: str  # ``double`` or ``float``
+    optimised: str  # the compiler's level
+    code: int  # bytes of code and constants
+    stack: int  # bytes of the step's frame
+    state: int  # bytes of the struct
+    saved: int  # bytes of a slot
+    step: float  # time of a step [s]
 
 
 @dataclass(frozen=True)
 class ControlFootprint:
-    """What a position control takes on this machine, compiled with ``-O2``.
+    """What a position control takes on this machine, compiled with ``-O2``."""
 
-    Attributes:
-        code: bytes of code and constants.
-        state: bytes of the struct.
-        step: time of a step [s].
-    """
-
-    code: int
-    state: int
-    step: float
+    code: int  # bytes of code and constants
+    state: int  # bytes of the struct
+    step: float  # time of a step [s]
 
 
 def find_compiler() -> str | None:
@@ -109,10 +94,7 @@ def library(compiler: str, files: Mapping[str, str], target: Path, *options: str
     """Compile C files into one shared library; what the same compiler made of the same files before is taken again.
 
     Args:
-        compiler: its path.
         files: text by name; all `.c` are compiled.
-        target: the library.
-        options: further ones.
     """
     key = key_of("library", _identity(compiler), options, files)
     found = read_kept(key)
@@ -134,10 +116,6 @@ def footprint(compiler: str, folder: Path, prefix: str, *, single: bool, optimis
     """Compile and run the golden samples of an exported folder, and measure; the same C is measured once by a compiler.
 
     Args:
-        compiler: its path.
-        folder: the exported folder; nothing is written there.
-        prefix: of the names in it.
-        single: with floats.
         optimised: ``-O2`` or ``-Os``.
     """
     options = [optimised, "-fstack-usage", f"-D{prefix.upper()}_FLOAT={int(single)}"]
@@ -155,13 +133,7 @@ def footprint(compiler: str, folder: Path, prefix: str, *, single: bool, optimis
 
 
 def control_footprint(compiler: str, folder: Path, prefix: str) -> ControlFootprint:
-    """Compile and run the golden samples of an exported control, and measure; nothing is written into the folder.
-
-    Args:
-        compiler: its path.
-        folder: the exported folder.
-        prefix: of the names in it.
-    """
+    """Compile and run the golden samples of an exported control, and measure; nothing is written into the folder."""
     name, options = f"{prefix}_control", ["-O2"]
     key = key_of("control-footprint", _identity(compiler), _texts(folder), name, options)
     if (found := read_kept(key)) is not None:
@@ -244,3 +216,86 @@ def _code_bytes(folder: Path, name: str) -> int:
     """Bytes of code and constants, by `size` of the binutils that every gcc comes with."""
     objects = [body.removesuffix(".c") + ".o" for body in bodies(folder, name)]
     return sum(int(line.split()[0]) for line in run(["size", *objects], folder).splitlines()[1:])
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A machine that an FMU runs on."""
+
+    target: str  # as zig calls it; of glibc the oldest that serves
+    folders: Mapping[int, str]  # of its binaries, by the version of FMI
+    suffix: str  # of a shared library
+
+
+PLATFORMS = {
+    "linux64": Platform("x86_64-linux-gnu.2.17", {2: "linux64", 3: "x86_64-linux"}, ".so"),
+    "linux-aarch64": Platform("aarch64-linux-gnu.2.17", {2: "aarch64-linux", 3: "aarch64-linux"}, ".so"),
+    "win64": Platform("x86_64-windows-gnu", {2: "win64", 3: "x86_64-windows"}, ".dll"),
+    "darwin64": Platform("x86_64-macos", {2: "darwin64", 3: "x86_64-darwin"}, ".dylib"),
+    "darwin-arm64": Platform("aarch64-macos", {2: "aarch64-darwin", 3: "aarch64-darwin"}, ".dylib"),
+}
+"""By name; FMI 2.0 has names of folders for 64-bit Intel alone, and importers take those of FMI 3.0 for others."""
+# Nothing is fused, so that every platform rounds as this one does; no symbols, which would hold paths.
+LIBRARY_OPTIONS = (*STRICT, "-O2", "-fPIC", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
+"""How a library is compiled."""
+
+
+def platforms_of(text: str | None) -> tuple[str, ...] | None:
+    """Names of platforms; None if nothing is asked for: then it is this machine.
+
+    Args:
+        text: names with commas between, ``all`` or ``none``.
+
+    Raises:
+        DescriptionError: there is no such platform.
+
+    Example:
+        >>> platforms_of("win64, linux64"), platforms_of("none"), len(platforms_of("all"))
+        (('win64', 'linux64'), (), 5)
+    """
+    if text is None:
+        return None
+    if text in ("all", "none"):
+        return tuple(PLATFORMS) if text == "all" else ()
+    names = tuple(name.strip() for name in text.split(","))
+    for name in names:
+        if name not in PLATFORMS:
+            known = ", ".join((*PLATFORMS, "all", "none"))
+            raise DescriptionError("there is no such platform", key="platforms", value=name, allowed=known)
+    return names
+
+
+def binaries(files: Mapping[str, str], identifier: str, fmi: int, names: Iterable[str]) -> dict[str, bytes]:
+    """Shared libraries of an FMU's sources, by their place in it.
+
+    Args:
+        files: sources, text by name; all `.c` are compiled.
+
+    Raises:
+        CompilerError: the package ziglang is missing, or its compiler refuses the C.
+    """
+    found: dict[str, bytes] = {}
+    chosen = [PLATFORMS[name] for name in names]
+    zig = zig_for("binaries for other platforms") if chosen else ""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        for file, text in files.items():
+            (folder / file).write_text(text, encoding="utf-8", newline="\n")
+        sources = sorted(file for file in files if file.endswith(".c"))
+        for one in chosen:
+            name = f"{identifier}{one.suffix}"
+            math = [] if one.suffix == ".dll" else ["-lm"]
+            run([zig, "cc", "-target", one.target, *LIBRARY_OPTIONS, *sources, "-o", name, *math], folder)
+            found[f"binaries/{one.folders[fmi]}/{name}"] = (folder / name).read_bytes()
+    return found
+
+
+def zig_for(use: str) -> str:
+    """The path of the C compiler zig.
+
+    Raises:
+        CompilerError: the package ziglang is missing.
+    """
+    package = imported("ziglang", "platforms", lambda text: CompilerError(f"{use}: {text}"))
+    (place,) = package.__path__
+    return str(Path(place) / "zig")

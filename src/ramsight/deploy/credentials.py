@@ -52,7 +52,6 @@ def credentials(export: Export, content: Mapping[str, bytes]) -> dict[str, str]:
     """Description, record and card, and a sensor's FMEDA table: text by file name, the same for the same export.
 
     Args:
-        export: what was exported.
         content: its files by name; the record has the SHA-256 of each, and of the description.
     """
     described = "\n".join(as_toml(export.machine, export.machine.sources)) + "\n"

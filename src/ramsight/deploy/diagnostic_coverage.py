@@ -78,17 +78,11 @@ class Coverage:
 
 @dataclass(frozen=True)
 class CoverageTable:
-    """A table that was read back.
+    """A table that was read back."""
 
-    Args:
-        rows: of it.
-        cells: all columns of each row, as they stand in the file.
-        mark: between columns, a comma or a semicolon; behind semicolons decimals have commas.
-    """
-
-    rows: tuple[RatedFault, ...]
-    cells: tuple[Mapping[str, str], ...]
-    mark: str = ","
+    rows: tuple[RatedFault, ...]  # of it
+    cells: tuple[Mapping[str, str], ...]  # all columns of each row, as they stand in the file
+    mark: str = ","  # between columns, a comma or a semicolon; behind semicolons decimals have commas
 
     @property
     def overall(self) -> Coverage:

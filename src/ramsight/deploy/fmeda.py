@@ -134,9 +134,6 @@ _UNMEASURED_EFFECT = "the position or its bound may be wrong"
 def fmeda_table(unit: HydraulicUnit) -> str:
     """The table of a unit, with the faults of a real sensor that is compared with the virtual one.
 
-    Args:
-        unit: its parts and assumptions.
-
     Returns:
         CSV text: a header, and a row a fault. Shares in %, times in s, rates in FIT (failures in 10⁹ h).
     """

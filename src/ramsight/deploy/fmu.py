@@ -13,16 +13,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ramsight.deploy.c_function import template
 from ramsight.deploy.c_step import identifier_of
-from ramsight.deploy.c_text import template
-from ramsight.deploy.compiler import STRICT, find_compiler, library
-from ramsight.deploy.control_options import ControlOptions
+from ramsight.deploy.compiler import STRICT, binaries, find_compiler, library
 from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.fmu_behind import comparison_behind
 from ramsight.deploy.fmu_description import build_description, description_2, description_3
 from ramsight.deploy.fmu_model import FmuModel, config_text, plant_model, sensor_model
-from ramsight.deploy.fmu_variable import Variable
-from ramsight.deploy.platforms import binaries
+from ramsight.deploy.fmu_units import Variable
+from ramsight.deploy.profiles import ControlOptions
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.output import atomic_path, check_target
@@ -35,17 +34,11 @@ _DATE = (1980, 1, 1, 0, 0, 0)  # of every file in the archive, so that the same 
 
 @dataclass(frozen=True)
 class WrittenFmu:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        path: of the FMU.
-        variables: how many it has.
-        binaries: the platforms of its binaries; empty if there are none.
-    """
-
-    path: Path
-    variables: int
-    binaries: tuple[str, ...]
+    path: Path  # of the FMU
+    variables: int  # how many it has
+    binaries: tuple[str, ...]  # the platforms of its binaries; empty if there are none
 
 
 @dataclass(frozen=True)

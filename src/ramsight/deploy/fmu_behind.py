@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ramsight.deploy.c_compare import comparison_source
-from ramsight.deploy.c_text import template
-from ramsight.deploy.fmu_variable import NOTHING, PERIOD, UNKNOWN, Variable
+from ramsight.deploy.c_function import template
+from ramsight.deploy.fmu_units import NOTHING, PERIOD, UNKNOWN, Variable
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE, Verdict
@@ -58,13 +58,7 @@ _VERDICT = Variable("verdict", "verdict", "output", "", "what both sensors say t
 
 
 def comparison_behind(unit: HydraulicUnit, prefix: str, machine: str) -> Behind:
-    """The comparison with a real sensor.
-
-    Args:
-        unit: the unit.
-        prefix: of the C's names, the sensor's.
-        machine: the machine's name, for comments.
-    """
+    """The comparison with a real sensor."""
     text = {
         "p": f"{prefix}_compare",
         "stroke": f"{unit.cylinder.stroke:g}",

@@ -6,7 +6,7 @@ from ramsight.control.block import Block
 from ramsight.control.orders import Ask
 from ramsight.deploy.c_control import control_source
 from ramsight.deploy.fmu_behind import Behind
-from ramsight.deploy.fmu_variable import UNKNOWN, Variable
+from ramsight.deploy.fmu_units import UNKNOWN, Variable
 from ramsight.plant.unit import HydraulicUnit
 
 _ASKED = "0: stop, 1: go to the target, 2: steer, 3: visit the end stop of lowering, 4: of lifting, 5: leak test"
@@ -24,14 +24,7 @@ _COMMANDED = (
 
 
 def control_behind(block: Block, unit: HydraulicUnit, prefix: str, machine: str) -> Behind:
-    """A position control.
-
-    Args:
-        block: the control.
-        unit: its unit.
-        prefix: of the C's names, the sensor's.
-        machine: the machine's name, for comments.
-    """
+    """A position control."""
     of = f"{prefix}_control"
     orders = "".join(f"  order.{v.name} = m->real[{v.name.upper()}];\n" for v in _ORDERS)
     sensed = f"  {of}_inputs order;\n  {of}_sense(&order, &m->memory.sensor, &in, &out);\n{orders}"

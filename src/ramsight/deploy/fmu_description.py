@@ -8,8 +8,7 @@ from xml.sax.saxutils import quoteattr
 from ramsight._version import __version__
 from ramsight.deploy.c_function import literal
 from ramsight.deploy.fmu_model import FmuModel
-from ramsight.deploy.fmu_units import BASE, DISPLAY
-from ramsight.deploy.fmu_variable import ENUMERATIONS, Variable
+from ramsight.deploy.fmu_units import BASE, DISPLAY, ENUMERATIONS, Variable
 
 _HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 TOOL = f"ramsight {__version__}"
@@ -78,14 +77,7 @@ def _start(v: Variable) -> str | None:
 
 
 def description_2(model: FmuModel, identifier: str, token: str, sources: Sequence[str]) -> str:
-    """modelDescription.xml of FMI 2.0.
-
-    Args:
-        model: the model.
-        identifier: of the model; the binary's name.
-        token: the GUID.
-        sources: the C files to compile.
-    """
+    """modelDescription.xml of FMI 2.0."""
     variables = model.variables
     lines = [
         f"<fmiModelDescription{_attributes(fmiVersion='2.0', modelName=identifier, guid=token)}"

@@ -9,13 +9,11 @@ from typing import Any
 
 import casadi as ca
 
-from ramsight.deploy.c_function import PLAIN, array_function, literal
+from ramsight.deploy.c_function import PLAIN, array_function, literal, template
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.c_step import field_of
-from ramsight.deploy.c_text import template
 from ramsight.deploy.fmu_behind import Behind
-from ramsight.deploy.fmu_units import parameter_unit, usual_sizes
-from ramsight.deploy.fmu_variable import NOTHING, PERIOD, UNKNOWN, Variable
+from ramsight.deploy.fmu_units import NOTHING, PERIOD, UNKNOWN, Variable, parameter_unit, usual_sizes
 from ramsight.deploy.sensor_words import titled_meaning
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import pieces
@@ -67,15 +65,7 @@ _TIME = Variable("time", "real", "independent", "s", "time")
 def sensor_model(
     unit: HydraulicUnit, prefix: str, machine: str, behind: Behind | None = None, *, tabled: bool = False
 ) -> FmuModel:
-    """The `kalman` sensor of a unit, and what stands behind it.
-
-    Args:
-        unit: its parts.
-        prefix: of the C's names.
-        machine: the machine's name, for comments.
-        behind: a control or a comparison, if it has one.
-        tabled: the machine's numbers are parameters.
-    """
+    """The `kalman` sensor of a unit, and what stands behind it."""
     sensor = kalman(unit)
     source = sensor_source(sensor, unit, prefix, machine, single=False, tabled=tabled)
     numbers = source.table.numbers if tabled and source.table else {}
@@ -168,12 +158,7 @@ def _output(name: str, sensor: VirtualSensor) -> str:
 
 
 def plant_model(unit: HydraulicUnit, machine: str) -> FmuModel:
-    """The simulated unit, with its solver.
-
-    Args:
-        unit: its parts, of any circuit.
-        machine: the machine's name, for comments.
-    """
+    """The simulated unit, with its solver."""
     model = circuit(unit)
     ode = model.ode
     functions, sizes = pieces(ode)

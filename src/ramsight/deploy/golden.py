@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.duty.drive_report import declared_report, reported
 from ramsight.duty.faults import Fault, faulty
 from ramsight.duty.simulate import simulated
@@ -14,8 +14,6 @@ from ramsight.duty.work_day import work_day
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.signals import Signal, Signals
-
-Array = NDArray[np.float64]
 
 SAMPLES = 2000
 _LOADS = (0.1, 0.5)  # shares of what relief pressure holds
@@ -53,10 +51,8 @@ def faulty_day(
     """A work day with a fault of each kind again and again, and a reference after each round.
 
     Args:
-        unit: the unit, as its data sheet has it.
         duration: of the day [s].
         every: time from one round of faults to the next [s], at least 25; None for a day without faults.
-        seed: of moves, loads and noise.
         real: the unit as it is; by default its data sheet.
         further: what else the sensor takes, for columns after these: commands, and pressures without noise.
 

@@ -6,17 +6,15 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.closed_loop.loop import UnitLoop
-from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.referencing import LoopSettings
 from ramsight.control.activity import ACTIVITIES, Activity
 from ramsight.control.block import Block
 from ramsight.control.orders import Ask
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-
-Array = NDArray[np.float64]
 
 _LOAD, _MORE = 0.3, 0.5  # of the load at relief pressure, at first and then
 _START = 0.4  # of the stroke
@@ -27,11 +25,9 @@ class Recording:
     """Python's control around a simulated unit, with what it was asked for at every sample.
 
     Args:
-        unit: the unit.
         block: the control that is compared; its limits, period and declared drive are those of the run.
         start: where the rod is, over the stroke [1].
         load: on it, over the load at relief pressure [1].
-        known: whether the sensor starts at the known position.
 
     Attributes:
         loop: plant, drive, sensor and control.
@@ -142,12 +138,7 @@ class Recording:
 
 
 def golden_run(unit: HydraulicUnit, block: Block) -> Recording:
-    """All that an exported control does: moves, a hand, a changing load, a visit, a lost drive, a lost sensor.
-
-    Args:
-        unit: the unit.
-        block: the control that is exported.
-    """
+    """All that an exported control does: moves, a hand, a changing load, a visit, a lost drive, a lost sensor."""
     run, speed = Recording(unit, block), block.by.limits.speed
     run.go_on(0.3)
     run.send(0.5, wait=True)

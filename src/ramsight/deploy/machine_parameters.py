@@ -8,8 +8,7 @@ from xml.sax.saxutils import quoteattr
 
 from ramsight._version import __version__
 from ramsight.deploy.c_function import literal
-from ramsight.deploy.c_machine import MachineTable, table_header
-from ramsight.deploy.c_sensor import machine_table
+from ramsight.deploy.c_sensor import MachineTable, machine_table, table_header
 from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.fmu_model import plant_model
 from ramsight.errors import DescriptionError
@@ -25,8 +24,6 @@ def write_parameters(machine: Machine, unit: str, out: str | Path, *, what: str 
     """Write a machine's numbers.
 
     Args:
-        machine: the machine.
-        unit: name of its unit.
         out: `.ssv` for an FMU of FMI 2.0 or 3.0; `.h` for the C of a sensor.
         what: ``sensor`` (that was exported with its numbers as a table) or ``plant``.
 

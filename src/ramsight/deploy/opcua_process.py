@@ -69,10 +69,6 @@ class Serving:
 class Door:
     """Lets in so many connections a second, and a few at once.
 
-    Args:
-        rate: connections a second.
-        most: at once.
-
     Example:
         >>> door = Door(10.0, 2)
         >>> [door.opens(now) for now in (0.0, 0.0, 0.0, 0.05, 0.1)]
@@ -124,7 +120,6 @@ def serve(pipe: Connection, what: Serving) -> None:
 
     Args:
         pipe: brings values by their names, one set at a time, and takes the answers.
-        what: is served.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program that started it
     logging.disable(logging.CRITICAL)

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight._version import __version__
-from ramsight.deploy.c_text import asset, template
-from ramsight.deploy.platforms import zig_for
+from ramsight.deploy.c_function import asset, template
+from ramsight.deploy.compiler import zig_for
 from ramsight.deploy.wasm import camel, wasm_of
 from ramsight.duty.drive_report import declared_report, reported
 from ramsight.duty.simulate import simulated
@@ -63,10 +63,6 @@ SHOWN = (
 
 def write_page(out: str | Path, *, advance: Callable[[int], object] = lambda count: None) -> int:
     """Write the page, whole or not at all.
-
-    Args:
-        out: the file, `.html`.
-        advance: called with 1 for each of `SHOWN` that is done.
 
     Returns:
         Its size [bytes].

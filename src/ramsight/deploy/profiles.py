@@ -1,15 +1,23 @@
-"""Profiles of an exported sensor: what it weighs, for processors that cannot do all of it."""
+"""Options of an export: what a sensor weighs, and how a control behind it drives."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
+from ramsight.duty.drive_response import IDEAL, DriveResponse
+from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.reckoned import reckoned
 from ramsight.sensor.virtual_sensor import VirtualSensor
+
+if TYPE_CHECKING:
+    from ramsight.control.block import Block
 
 SURE_ENDS = 1e-5
 """Chance of a stop that is elsewhere than described, up to which a machine's ends are sure."""
@@ -45,9 +53,6 @@ class Profile(Enum):
     def sensor(self, unit: HydraulicUnit) -> VirtualSensor:
         """A unit's sensor.
 
-        Args:
-            unit: its parts, and what it declares.
-
         Raises:
             DescriptionError: the profile is for machines whose ends are sure, and the unit's are not.
         """
@@ -55,9 +60,6 @@ class Profile(Enum):
 
     def kinds(self, unit: HydraulicUnit) -> tuple[Kind, ...]:
         """The hypotheses that a unit's sensor weighs.
-
-        Args:
-            unit: with what it declares of its stops.
 
         Raises:
             DescriptionError: the profile is for machines whose ends are sure, and the unit's are not.
@@ -91,3 +93,37 @@ def profile_of(name: str) -> Profile:
         allowed = ", ".join(one.value for one in Profile)
         raise DescriptionError("there is no such profile", key="profile", value=name, allowed=allowed)
     return Profile(name)
+
+
+@dataclass(frozen=True)
+class ControlOptions:
+    """How a control that is exported drives its cylinder."""
+
+    speed: float | None = None  # largest velocity [m/s]; by default half of what the motor could do
+    force: float = math.inf  # largest load against a motion that is pushed on [N]
+    period: float = SAMPLE_PERIOD  # of its samples [s]
+    drive: DriveResponse = IDEAL  # how the drive is declared to follow and to report; what does otherwise is stopped
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The options of `ramsight export` that say the same; what else is declared of a drive has none.
+
+        Example:
+            >>> ControlOptions(speed=0.02, period=0.01).words
+            ('--speed "0.02 m/s"', '--period "0.01 s"')
+        """
+        late = self.drive.command_delay if self.drive.command_delay == self.drive.report_delay else 0.0
+        said = (
+            ("speed", self.speed, "m/s", None),
+            ("force", self.force, "N", math.inf),
+            ("period", self.period, "s", SAMPLE_PERIOD),
+            ("drive-delay", late, "s", 0.0),
+        )
+        return tuple(f'--{name} "{value!r} {unit}"' for name, value, unit, usual in said if value != usual)
+
+    def block(self, unit: HydraulicUnit) -> Block:
+        """The control of a unit, as a graph."""
+        from ramsight.control.block import position_block
+        from ramsight.control.trajectory import Limits
+
+        return position_block(unit, Limits.of(unit, self.speed, self.force), period=self.period, response=self.drive)

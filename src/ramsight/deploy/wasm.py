@@ -15,14 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from ramsight._version import __version__
+from ramsight.arrays import Array
 from ramsight.deploy.c_folder import golden_samples
+from ramsight.deploy.c_function import asset, headings, template
 from ramsight.deploy.c_sensor import ROW, input_words, output_words, sensor_source
 from ramsight.deploy.c_step import identifier_of
-from ramsight.deploy.c_text import asset, headings, template
-from ramsight.deploy.compiler import STRICT, compile_files, run
+from ramsight.deploy.compiler import STRICT, compile_files, run, zig_for
 from ramsight.deploy.credentials import Export, credentials
-from ramsight.deploy.golden import Array
-from ramsight.deploy.platforms import zig_for
 from ramsight.engine.kept import keep, key_of, read_kept
 from ramsight.machine.description import Machine
 from ramsight.output import check_folder, whole_folder
@@ -46,19 +45,12 @@ _SAID = re.compile(r"^[0-9]+ samples: .*$", flags=re.MULTILINE)
 
 @dataclass(frozen=True)
 class WrittenWasm:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        folder: where.
-        files: names of the files.
-        bytes: of the module.
-        tested: what the golden samples in Node said; "" if there is no Node here.
-    """
-
-    folder: Path
-    files: tuple[str, ...]
-    bytes: int
-    tested: str
+    folder: Path  # where
+    files: tuple[str, ...]  # names of the files
+    bytes: int  # of the module
+    tested: str  # what the golden samples in Node said; "" if there is no Node here
 
 
 @dataclass(frozen=True)
@@ -124,11 +116,6 @@ def write_wasm(
 
 def wasm_of(sensor: VirtualSensor, unit: HydraulicUnit, machine: str) -> CompiledWasm:
     """A sensor's C compiled to a module without imports.
-
-    Args:
-        sensor: the `kalman` sensor of the unit.
-        unit: the unit.
-        machine: the machine's name.
 
     Raises:
         CompilerError: the package ziglang is missing, or its compiler refuses the C.

@@ -10,9 +10,8 @@ from itertools import pairwise
 
 from ramsight.drawing import part_symbols
 from ramsight.drawing.circuit_drawing import Sheet
-from ramsight.drawing.elements import Element, elements
+from ramsight.drawing.elements import Element, cylinder_symbol, elements, lying, moved, swapped, upright
 from ramsight.drawing.order import Order, Trunk, order
-from ramsight.drawing.placing import cylinder_symbol, lying, moved, swapped, upright
 from ramsight.drawing.shapes import SIZES, Point, Shape, Symbol, Word, through
 from ramsight.plant.circuit import TANK
 from ramsight.plant.unit import HydraulicUnit
@@ -40,7 +39,6 @@ def drawn(unit: HydraulicUnit, title: str | None = None, notes: Mapping[str, str
     """Draw a unit's circuit.
 
     Args:
-        unit: the unit.
         title: above it; by default the unit's name.
         notes: a word more for parts by name, such as the model of a pump, or the number of cylinders.
 

@@ -73,13 +73,7 @@ class Order:
 
 
 def order(elements: Sequence[Element], chamber_a: str, chamber_b: str) -> Order:
-    """Sort the elements of a circuit by where they are drawn.
-
-    Args:
-        elements: of the circuit.
-        chamber_a: node of the cylinder's piston side.
-        chamber_b: of its rod side.
-    """
+    """Sort the elements of a circuit by where they are drawn."""
     bottom = _bottom(elements)
     taken = {bottom} if bottom is not None else set()
     a = _trunk(elements, chamber_a, taken | {chamber_b})

@@ -122,7 +122,6 @@ def leak_test_speeds(unit: HydraulicUnit, loads: Sequence[float], oil_temperatur
     """Motor speeds of a leak test, magnitudes [rad/s].
 
     Args:
-        unit: the unit.
         loads: that it can be tested under [N].
         oil_temperature: [K].
 

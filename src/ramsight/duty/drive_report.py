@@ -9,11 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ramsight.arrays import Array
-from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
-from ramsight.duty.lagging import lagging
-from ramsight.duty.link_report import LinkReport, declared_link
-from ramsight.duty.reading_report import ReadingReport, declared_readings
-from ramsight.duty.stepped import Value, stepped
+from ramsight.duty.lagging import Value, lagging, stepped
+from ramsight.duty.reading_report import LinkReport, ReadingReport, declared_link, declared_readings
 from ramsight.logs.channels import (
     DC_POWER,
     DRIVE_LOG,
@@ -41,13 +38,6 @@ class Magnets:
     Their warmth follows the losses in the windings, which go with the torque squared, d theta/dt = (rise (tau/tau_0)^2
     - theta)/T, and the torque constant is k_0 (1 + c theta). What is reported is the current times k_0.
 
-    Args:
-        torque: tau_0, at which `rise` is reached in the end [N m].
-        rise: of the magnets over the temperature for which the drive knows its torque constant [K].
-        time_constant: T, of motors of some kW 20 to 60 min [s].
-        coefficient: c [1/K]; of neodymium magnets -0.09 to -0.12 %/K, of ferrite -0.2 %/K.
-        first: warmth at the beginning [K].
-
     Source: reversible temperature coefficients of the remanence as magnet makers' data sheets give them.
 
     Example:
@@ -56,11 +46,11 @@ class Magnets:
         [0.0, 37.9, 60.0]
     """
 
-    torque: float
-    rise: float = 60.0
-    time_constant: float = 1800.0
-    coefficient: float = -1.1e-3
-    first: float = 0.0
+    torque: float  # tau_0, at which `rise` is reached in the end [N m]
+    rise: float = 60.0  # of the magnets over the temperature for which the drive knows its torque constant [K]
+    time_constant: float = 1800.0  # T, of motors of some kW 20 to 60 min [s]
+    coefficient: float = -1.1e-3  # c [1/K]; of neodymium magnets -0.09 to -0.12 %/K, of ferrite -0.2 %/K
+    first: float = 0.0  # warmth at the beginning [K]
 
     def warmth(self, time: Array, torque: Array) -> Array:
         """Warmth [K] at times [s] under the torques since the times before [N m], shape (times,)."""
@@ -80,46 +70,30 @@ class Magnets:
 
 @dataclass(frozen=True)
 class DriveReport:
-    """How a drive rounds, how noisy it is, and by how much it is off.
+    """How a drive rounds, how noisy it is, and by how much it is off."""
 
-    Args:
-        speed_step: [rad/s]; default 1 rpm.
-        speed_noise: standard deviation before it is rounded [rad/s]; none by default, whole rpm of a filtered speed.
-        torque_step: [N m]; default 1/16 N m.
-        torque_noise: standard deviation [N m].
-        temperature_step: [K].
-        temperature_noise: standard deviation [K].
-        torque_gain: reported torque over the true one [1].
-        temperature_offset: reported temperature less the true one [K].
-        link: how a sensor of the moved body's angle is; None where there is none.
-        shaft: the counter of its shaft's position; None where it reports none.
-        power: of its DC link; None where it reports none.
-        pressure_noise: standard deviation of sensors of the chambers' pressures [Pa]; None where there are none.
-        pressure_lag: of those sensors [s].
-        magnets: of the motor, if their warming up changes its torque constant.
-        warm_at: temperature of the motor at which the drive knows its torque constant, above which magnets are warmer
-            [K]; None where it reports no temperature.
-        readings: occasional sensors of the position, by their channels.
-        seed: of the noise; the same seed gives the same log.
-    """
-
-    speed_step: float = RPM
+    speed_step: float = RPM  # [rad/s]; default 1 rpm
+    # speed_noise: standard deviation before it is rounded [rad/s]; none by default, whole rpm of a filtered speed
     speed_noise: float = 0.0
-    torque_step: float = 1.0 / 16.0
-    torque_noise: float = 0.5
-    temperature_step: float = 0.1
-    temperature_noise: float = 0.2
-    torque_gain: float = 1.0
-    temperature_offset: float = 0.0
-    link: LinkReport | None = None
-    shaft: ShaftReport | None = None
-    power: PowerReport | None = None
+    torque_step: float = 1.0 / 16.0  # [N m]; default 1/16 N m
+    torque_noise: float = 0.5  # standard deviation [N m]
+    temperature_step: float = 0.1  # [K]
+    temperature_noise: float = 0.2  # standard deviation [K]
+    torque_gain: float = 1.0  # reported torque over the true one [1]
+    temperature_offset: float = 0.0  # reported temperature less the true one [K]
+    link: LinkReport | None = None  # how a sensor of the moved body's angle is; None where there is none
+    shaft: ShaftReport | None = None  # the counter of its shaft's position; None where it reports none
+    power: PowerReport | None = None  # of its DC link; None where it reports none
+    # pressure_noise: standard deviation of sensors of the chambers' pressures [Pa]; None where there are none
     pressure_noise: float | None = None
-    pressure_lag: float = 0.0
-    magnets: Magnets | None = None
+    pressure_lag: float = 0.0  # of those sensors [s]
+    magnets: Magnets | None = None  # of the motor, if their warming up changes its torque constant
+    # warm_at: temperature of the motor at which the drive knows its torque constant, above which magnets are warmer
+    # [K]; None where it reports no temperature
     warm_at: float | None = None
+    # readings: occasional sensors of the position, by their channels
     readings: Mapping[Further, ReadingReport] = field(default_factory=dict)
-    seed: int = 0
+    seed: int = 0  # of the noise; the same seed gives the same log
 
     def of(self, speed: Array, torque: Array, temperature: Array) -> tuple[Array, Array, Array]:
         """Reported motor speed [rad/s], torque [N m] and oil temperature [K] of true ones, each (samples,)."""
@@ -144,9 +118,6 @@ class DriveReport:
 
 def usual_report(unit: HydraulicUnit) -> DriveReport:
     """That of a usual CANopen drive, its torque no noisier and in no larger steps than the unit declares.
-
-    Args:
-        unit: the unit; a small one has a small drive.
 
     Example:
         >>> from ramsight import machine
@@ -218,7 +189,6 @@ def further_report(how: DriveReport, true: Callable[[str], Array]) -> dict[Chann
     """What is reported beside speed, torque and temperature.
 
     Args:
-        how: it is reported.
         true: signals as they are, by their names in runs, each (samples,): `time` [s], `motor_speed` [rad/s],
             `motor_torque` [N m], `position` [m], `pressure_a` and `pressure_b` [Pa]; called for those that are needed.
     """
@@ -241,3 +211,88 @@ def further_report(how: DriveReport, true: Callable[[str], Array]) -> dict[Chann
     for reading, sensor in how.readings.items():
         found[reading] = sensor.reported(true("time"), true("position"))
     return found
+
+
+_OTHER = 0x64637670  # apart from the drive's noise of the same seed
+
+
+_POWER = 0x706F7772  # apart from the noise of the torque of the same seed
+
+
+@dataclass(frozen=True)
+class ShaftReport:
+    """The counter of a shaft's position."""
+
+    step: float = 2.0 * math.pi / 4096  # of the counter [rad]; 4096 increments a turn by default
+    first: float = 0.0  # what it shows at the beginning [rad]
+
+    def reported(self, time: Array, speed: Array) -> Array:
+        """Angles [rad] at times [s], of speeds [rad/s], shape (samples,).
+
+        Between samples the speed is taken to be linear, as the duties of a simulation are.
+
+        Example:
+            >>> ShaftReport(step=0.0).reported(np.array([0.0, 0.5, 1.0]), np.array([0.0, 2.0, 2.0])).tolist()
+            [0.0, 0.5, 1.5]
+        """
+        turned = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+        angle = self.first + turned
+        return stepped(angle, self.step)
+
+
+@dataclass(frozen=True)
+class PowerReport:
+    """Power that a drive takes from its DC link.
+
+    P = torque speed + P0 + c torque^2 + s abs(speed)
+    """
+
+    standby: float = 50.0  # P0 [W]
+    copper: float = 0.0  # c [W/(N m)2]
+    iron: float = 0.0  # s [W s/rad]
+    gain: float = 1.0  # of the reading [1]
+    noise: float = 0.0  # standard deviation [W]
+    step: float = 1.0  # [W]
+    seed: int = 0  # of the noise; the same seed gives the same power
+
+    def reported(self, speed: Array, torque: Array) -> Array:
+        """Power [W] of true speeds [rad/s] and torques [N m], shape (samples,).
+
+        Example:
+            >>> PowerReport(standby=50.0, copper=0.1, iron=0.2).reported(np.array([100.0]), np.array([20.0])).tolist()
+            [2110.0]
+        """
+        noise = np.random.default_rng([self.seed, _POWER]).standard_normal(len(speed))
+        return self.sample(speed, torque, noise)
+
+    def sample(self, speed: Value, torque: Value, noise: Value) -> Value:
+        """Power [W] of a true speed [rad/s] and torque [N m], with noise of standard deviation 1, or of many."""
+        power = torque * speed + self.standby + self.copper * torque**2 + self.iron * abs(speed)
+        return stepped(self.gain * power + self.noise * noise, self.step)
+
+
+def declared_shaft(unit: HydraulicUnit) -> ShaftReport | None:
+    """The counter that a unit declares; None if it declares none."""
+    std = unit.assumptions.shaft.std
+    return ShaftReport(step=math.sqrt(12.0) * std) if std > 0.0 else None
+
+
+def declared_power(unit: HydraulicUnit, seed: int) -> PowerReport | None:
+    """The power that a unit declares, gain and losses drawn from what is declared; None if it declares none.
+
+    Args:
+        seed: of gain, losses and noise; the same seed gives the same drive.
+    """
+    assumed = unit.assumptions.power
+    if assumed.std == 0.0:
+        return None
+    random, limits = np.random.default_rng([seed, _OTHER]), limits_of(unit)
+    losses = max(0.0, 1.0 + assumed.losses * float(random.standard_normal()))
+    return PowerReport(
+        standby=losses * assumed.standby,
+        copper=losses * assumed.copper * limits.max_speed / limits.torque,
+        iron=losses * assumed.iron * limits.torque,
+        gain=1.0 + assumed.gain * float(random.standard_normal()),
+        noise=assumed.std * limits.torque * limits.max_speed,
+        seed=seed,
+    )

@@ -178,11 +178,9 @@ def followed(
     """A drive's speed [rad/s] and its rate [rad/s2] after a sample; numbers or graphs.
 
     Args:
-        response: how it follows; its delays are not looked at here.
         period: of the samples [s].
         asked: the speed at the end of the sample, reached evenly [rad/s].
         before: that of the sample before [rad/s].
-        now: speed and rate before it.
     """
     wanted, slope = (asked, 0.0 * asked)
     if math.isfinite(response.bandwidth):

@@ -17,23 +17,18 @@ TIME_KINDS = ("dropout", "jitter", "reordering", "frozen", "jump")
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault.
+    """One fault."""
 
-    Args:
-        kind: ``nan``: no value. ``stuck``: the value of its first sample. ``offset``: plus `size`. ``gain``: times
-            `size`. ``sign``: the opposite. ``dropout``: samples are missing. ``jitter``: samples come up to `size`
-            seconds late, their times as they come. ``reordering``: neighbours change places, times with them.
-            ``frozen``: time stands still. ``jump``: time is `size` seconds ahead.
-        start, end: when it is there [s].
-        channel: one of `CHANNELS`; kinds that change time have none.
-        size: in the channel's SI unit [1, s, rad/s, N m, K, rad or W].
-    """
-
+    # kind: ``nan``: no value. ``stuck``: the value of its first sample. ``offset``: plus `size`. ``gain``: times
+    # `size`. ``sign``: the opposite. ``dropout``: samples are missing. ``jitter``: samples come up to `size` seconds
+    # late, their times as they come. ``reordering``: neighbours change places, times with them. ``frozen``: time
+    # stands still. ``jump``: time is `size` seconds ahead
     kind: str
+    # start, end: when it is there [s]
     start: float
     end: float
-    channel: str | None = None
-    size: float = 0.0
+    channel: str | None = None  # one of `CHANNELS`; kinds that change time have none
+    size: float = 0.0  # in the channel's SI unit [1, s, rad/s, N m, K, rad or W]
 
     def __post_init__(self) -> None:
         if self.kind not in (*VALUE_KINDS, *TIME_KINDS):

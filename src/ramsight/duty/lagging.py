@@ -1,6 +1,8 @@
-"""What a sensor that lags makes of a quantity."""
+"""What a sensor's lag and its resolution make of a quantity."""
 
 from __future__ import annotations
+
+from typing import TypeVar
 
 import numpy as np
 
@@ -27,3 +29,19 @@ def lagging(time: Array, value: Array, lag: float) -> Array:
         lagged[back:] += kept * lagged[:-back]
         back, kept = 2 * back, kept * kept
     return lagged
+
+
+Value = TypeVar("Value", float, Array)
+
+
+def stepped(value: Value, step: float) -> Value:
+    """The nearest multiple of a step; the value itself where the step is 0.
+
+    Example:
+        >>> stepped(2.34, 0.5), stepped(2.34, 0.0), stepped(np.array([0.2, 0.9]), 1.0).tolist()
+        (2.5, 2.34, [0.0, 1.0])
+    """
+    if not step > 0.0:
+        return value
+    nearest = np.round(value / step) * step
+    return nearest if isinstance(value, np.ndarray) else float(nearest)

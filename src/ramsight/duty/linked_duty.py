@@ -10,13 +10,11 @@ from typing import Any
 import numpy as np
 
 from ramsight.arrays import Array
-from ramsight.duty.audit import audit_linked
-from ramsight.duty.dry import refuse_dry
+from ramsight.duty.audit import audit_linked, refuse_dry
 from ramsight.duty.profile import Profile, all_corners, constant, held_corners, rates
 from ramsight.duty.recorded import Owner, Recorded, Signal, computed
 from ramsight.duty.simulate import SAMPLE_PERIOD, check_temperature
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments, integrate, outputs
+from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Outcome, Segments, integrate, outputs
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import WARMING
 from ramsight.plant.linkage import angles
@@ -26,26 +24,17 @@ from ramsight.signals import Dataset
 
 @dataclass(frozen=True, eq=False)
 class LinkedDuty:
-    """What a machine's units are asked to do, and what works on the mechanism meanwhile.
+    """What a machine's units are asked to do, and what works on the mechanism meanwhile."""
 
-    Args:
-        motor_speed: command to each unit's drive [rad/s]; positive extends.
-        oil_temperature: of each unit [K].
-        start_position: of each unit's piston [m].
-        payload: [kg].
-        tip_force_x, tip_force_z: force on the tip, forward and up [N].
-        end: when the duty ends [s]; by default at the last corner of any speed.
-        phases: names of parts of the duty and when each begins [s].
-    """
-
-    motor_speed: Mapping[str, Profile]
-    oil_temperature: Mapping[str, Profile]
-    start_position: Mapping[str, float]
-    payload: Profile = field(default_factory=lambda: constant(0.0))
+    motor_speed: Mapping[str, Profile]  # command to each unit's drive [rad/s]; positive extends
+    oil_temperature: Mapping[str, Profile]  # of each unit [K]
+    start_position: Mapping[str, float]  # of each unit's piston [m]
+    payload: Profile = field(default_factory=lambda: constant(0.0))  # [kg]
+    # tip_force_x, tip_force_z: force on the tip, forward and up [N]
     tip_force_x: Profile = field(default_factory=lambda: constant(0.0))
     tip_force_z: Profile = field(default_factory=lambda: constant(0.0))
-    end: float | None = None
-    phases: tuple[tuple[str, float], ...] = ()
+    end: float | None = None  # when the duty ends [s]; by default at the last corner of any speed
+    phases: tuple[tuple[str, float], ...] = ()  # names of parts of the duty and when each begins [s]
 
     @property
     def duration(self) -> float:

@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 
 from ramsight.arrays import Array
+from ramsight.duty.audit import refuse_dry
 from ramsight.duty.drive_report import SPEEDS, DriveReport
-from ramsight.duty.dry import refuse_dry
 from ramsight.duty.linked_duty import audited_model
 from ramsight.duty.live_energy import EnergyAccount, LiveEnergy
 from ramsight.duty.profile import constant
 from ramsight.duty.simulate import SAMPLE_PERIOD, audited_circuit, check_temperature
 from ramsight.engine.equation import OdeModel
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import Segments, integrate, outputs
+from ramsight.engine.run import Outcome, Segments, integrate, outputs
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import Audited, is_pressure
 from ramsight.plant.linked import LinkedMachine, start_state
@@ -26,47 +25,29 @@ from ramsight.plant.unit import HydraulicUnit, initial_state
 
 @dataclass(frozen=True)
 class Reported:
-    """One sample of a drive.
+    """One sample of a drive."""
 
-    Attributes:
-        time: [s].
-        motor_speed: [rad/s].
-        motor_torque: [N m].
-        oil_temperature: [K].
-    """
-
-    time: float
-    motor_speed: float
-    motor_torque: float
-    oil_temperature: float
+    time: float  # [s]
+    motor_speed: float  # [rad/s]
+    motor_torque: float  # [N m]
+    oil_temperature: float  # [K]
 
 
 @dataclass(frozen=True)
 class Instant:
-    """The truth about a machine at one time.
+    """The truth about a machine at one time."""
 
-    Attributes:
-        time: [s].
-        position: of each cylinder [m], by unit.
-        motor_speed: [rad/s], by unit.
-        motor_torque: [N m], by unit.
-    """
-
-    time: float
-    position: Mapping[str, float]
-    motor_speed: Mapping[str, float]
-    motor_torque: Mapping[str, float]
+    time: float  # [s]
+    position: Mapping[str, float]  # of each cylinder [m], by unit
+    motor_speed: Mapping[str, float]  # [rad/s], by unit
+    motor_torque: Mapping[str, float]  # [N m], by unit
 
 
 @dataclass(frozen=True)
 class LinkedInstant(Instant):
-    """The same of a machine with a mechanism.
+    """The same of a machine with a mechanism."""
 
-    Attributes:
-        tip: of the tool, forward and up [m].
-    """
-
-    tip: tuple[float, float]
+    tip: tuple[float, float]  # of the tool, forward and up [m]
 
 
 class _Stepped:
@@ -355,15 +336,10 @@ class LiveMachine(_Live):
 
 @dataclass
 class LiveReport:
-    """What a drive reports, sample by sample, with the rounding and the noise of `report`.
+    """What a drive reports, sample by sample, with the rounding and the noise of `report`."""
 
-    Args:
-        how: rounding and noise, and by how much it is off.
-        stream: of drives with the same seed, which one; each has noise of its own.
-    """
-
-    how: DriveReport = field(default_factory=DriveReport)
-    stream: int = 0
+    how: DriveReport = field(default_factory=DriveReport)  # rounding and noise, and by how much it is off
+    stream: int = 0  # of drives with the same seed, which one; each has noise of its own
 
     def __post_init__(self) -> None:
         self._random = np.random.default_rng([self.how.seed, self.stream])

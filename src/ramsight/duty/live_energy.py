@@ -38,7 +38,6 @@ class LiveEnergy:
     """The energy account of one circuit.
 
     Args:
-        audited: names of what is to be entered.
         inside: all that its equation knows at first, by name, integrals too, in SI.
         tank_pressure: [Pa].
     """
@@ -49,11 +48,7 @@ class LiveEnergy:
         self.account = EnergyAccount()
 
     def enter(self, inside: Mapping[str, float]) -> None:
-        """Enter what happened since the last sample.
-
-        Args:
-            inside: as at first.
-        """
+        """Enter what happened since the last sample."""
         last, account, audited = self._last, self.account, self._audited
 
         def grown(name: str) -> float:

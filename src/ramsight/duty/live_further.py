@@ -10,9 +10,8 @@ import math
 import numpy as np
 
 from ramsight.duty.drive_report import declared_report
-from ramsight.duty.link_report import LiveLink
-from ramsight.duty.reading_report import LiveReading
-from ramsight.duty.stepped import stepped
+from ramsight.duty.lagging import stepped
+from ramsight.duty.reading_report import LiveLink, LiveReading
 from ramsight.logs.channels import DC_POWER, LINK_ANGLE, MOTOR_TEMPERATURE, PRESSURE_A, PRESSURE_B, SHAFT_ANGLE
 from ramsight.plant.unit import HydraulicUnit
 
@@ -21,9 +20,7 @@ class LiveFurther:
     """Further signals of one unit.
 
     Args:
-        unit: the unit; it declares which there are.
         period: of the samples [s].
-        seed: of noise, and of what sensors are off by.
 
     Example:
         >>> from ramsight import machine

@@ -78,7 +78,6 @@ class LiveWarming:
 
         Args:
             dt: time [s].
-            losses: as `go_on`.
             aim: the temperature [K].
             rate: at most [K/s].
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ramsight.arrays import Array
-from ramsight.duty.one_way import as_driven
+from ramsight.duty.plan import as_driven
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of
@@ -141,12 +141,10 @@ def loader_work(
     """Work of a loader's cylinder, other than any before with each seed.
 
     Args:
-        unit: the unit that works.
         kind: a name of `USES`.
         oil_temperature: [K].
         duration: time after which no further cycle begins [s].
         start_position: [m]; by default a fifth of the stroke above the lowered end.
-        seed: the same seed gives the same work.
 
     Example:
         >>> from ramsight import machine

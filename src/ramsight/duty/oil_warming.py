@@ -44,7 +44,6 @@ def warm_run(
     """Simulate a unit whose losses warm up its oil.
 
     Args:
-        unit: the unit.
         duty: what it is asked to do; its oil temperature at the beginning is that of cases and tank.
         stores: of heat; by default those of its description, or of a unit of some kW where it has none.
         ambient: temperature of the air [K].

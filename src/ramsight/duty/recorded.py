@@ -117,9 +117,7 @@ def computed(ode: OdeModel, values: Mapping[str, Array], units: Iterable[str] = 
     """What an equation computes beside its states, without what only the audit reads.
 
     Args:
-        ode: the equation.
         values: of each output, shape (samples,).
-        units: whose name may stand before an output's.
     """
     found = {}
     owners = {name: Owner(name) for name in units}

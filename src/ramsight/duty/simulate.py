@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ramsight.duty.audit import audit
-from ramsight.duty.dry import refuse_dry
+from ramsight.duty.audit import audit, refuse_dry
 from ramsight.duty.profile import Duty, Profile
 from ramsight.duty.recorded import Owner, Recorded, Signal, computed
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments, Trajectory, integrate, outputs
+from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Outcome, Segments, Trajectory, integrate, outputs
 from ramsight.errors import DescriptionError, SimulationError, UnknownNameError
 from ramsight.logs.channels import column_of
 from ramsight.plant.circuit import COMMANDED, CircuitModel

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ramsight.duty.one_way import as_driven
+from ramsight.duty.plan import as_driven
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.units import RPM

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from ramsight.arrays import Array
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import compile_lanes
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments
+from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Outcome, Segments
 from ramsight.system import processors
 
 _CHUNK = 1024  # runs that are held in memory at once, for all threads together
@@ -48,7 +47,6 @@ def batches(
     jobs: Iterable[Job],
     *,
     rtol: float = DEFAULT_RTOL,
-    tolerance_scale: float = 1.0,
     max_steps: int = DEFAULT_MAX_STEPS,
     threads: int | None = None,
     advance: Callable[[int], object] | None = None,
@@ -56,19 +54,10 @@ def batches(
     """Run jobs on all cores, several side by side on each, and hand out summaries about a thousand at a time.
 
     However many jobs there are, only some thousand are in memory.
-
-    Args:
-        model: the equations.
-        jobs: the runs, taken as they are needed.
-        rtol: relative tolerance.
-        tolerance_scale: factor on the states' absolute tolerances.
-        max_steps: steps after which a run is abandoned.
-        threads: how many; by default one for each core that this process may use.
-        advance: called now and then with the number of runs done since the last call.
     """
     loop = compile_lanes(model).integrate_lanes
     threads = threads or processors()
-    atol = np.array([np.inf if s.integral else s.tolerance * tolerance_scale for s in model.states])
+    atol = np.array([np.inf if s.integral else s.tolerance for s in model.states])
     supply = iter(jobs)
     with ThreadPoolExecutor(threads) as pool:
         while chunk := list(islice(supply, _CHUNK)):
@@ -107,19 +96,15 @@ def sampled(
     *,
     rtol: float = DEFAULT_RTOL,
     tolerance_scale: float = 1.0,
-    max_steps: int = DEFAULT_MAX_STEPS,
 ) -> Sampled:
     """Run jobs on one core, several side by side, and keep their states at equal distances of time.
 
     All samples are in memory. What a run gives does not depend on the runs beside it.
 
     Args:
-        model: the equations.
-        jobs: the runs.
         period: distance of the samples [s].
         rtol: relative tolerance; the absolute ones are the states' own times `tolerance_scale`.
         tolerance_scale: factor on the states' absolute tolerances.
-        max_steps: steps after which a run is abandoned.
     """
     loop = compile_lanes(model).integrate_lanes
     atol = np.array([np.inf if s.integral else s.tolerance * tolerance_scale for s in model.states])
@@ -127,7 +112,7 @@ def sampled(
     counts = [int(np.floor(span / period + 1e-9)) + 1 for span in spans]
     first = np.concatenate([[0], np.cumsum(counts)])
     samples = np.empty((int(first[-1]), len(model.states)))
-    ended = _run(loop, jobs, rtol, atol, max_steps, period, first, samples)
+    ended = _run(loop, jobs, rtol, atol, DEFAULT_MAX_STEPS, period, first, samples)
     return Sampled(
         time=[job.segments.start[0] + period * np.arange(n) for job, n in zip(jobs, counts, strict=True)],
         state=[samples[first[k] : first[k + 1]] for k in range(len(jobs))],

@@ -52,7 +52,6 @@ def schedule(graph: Graph, parts: Sequence[int] | None = None, varying: Collecti
     """All operations in an order in which they can be done, the seldom ones in branches.
 
     Args:
-        graph: the operations.
         parts: number of each operation's part, never less than that of what it needs; no branch has choices of two
             parts. By default all of it is one.
         varying: conditions that no branch is made of, as they are of several runs.
@@ -80,10 +79,6 @@ def _scheduled(
     """All operations in order, with the branches that are worth it; None if they would have to wait for each other.
 
     Args:
-        graph: the operations.
-        users: of each operation.
-        groups: choices that could be one branch.
-        varying: conditions that no branch is made of.
         one_by_one: whether a branch that has to wait for itself is left out.
     """
     branches: list[Branch] = []

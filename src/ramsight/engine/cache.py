@@ -73,15 +73,7 @@ def kept_module(
     body: str,
     widths: Mapping[str, int],
 ) -> CompiledModule:
-    """The module of a name that `generated_module` gave; its functions are asked for only where it is to be compiled.
-
-    Args:
-        name: of the module.
-        functions: gives what it is made of.
-        constants: as they were.
-        body: as it was.
-        widths: of every function.
-    """
+    """The module of a name that `generated_module` gave; its functions are asked for where it has to be compiled."""
     if name not in _loaded:
         _loaded[name] = CompiledModule(name, functions, constants, body, widths)
     return _loaded[name]
@@ -92,7 +84,6 @@ class CompiledModule:
 
     Args:
         functions: gives what it is made of, by name.
-        body: source of the loops around them.
     """
 
     def __init__(

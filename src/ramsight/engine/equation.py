@@ -79,12 +79,7 @@ class OdeModel:
         """An equation whose graph is made when it is asked for.
 
         Args:
-            name: for messages.
-            states: the states.
-            inputs: names of the inputs.
-            parameters: names of the parameters.
             outputs: their units by their names.
-            made: makes the whole equation.
             known: where its machine code is (`engine.ode_module.Integrated`).
         """
         model, whole = object.__new__(cls), cache(made)

@@ -117,7 +117,6 @@ def side_by_side(graph: Graph, parts: Sequence[int] | None = None) -> list[int]:
     far ahead as to find the next.
 
     Args:
-        graph: the operations.
         parts: number of each node's part, never less than that of what it needs; parts stay together.
     """
     ready, part = graph.ready(), parts or [0] * len(graph.nodes)

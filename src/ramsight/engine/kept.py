@@ -36,10 +36,6 @@ MOST = 64
 def key_of(kind: str, *described: object) -> str | None:
     """The name of what follows from some objects of this package; None if one of them is not known through and through.
 
-    Args:
-        kind: what is kept.
-        described: dataclasses of numbers, texts, arrays, tuples, mappings and such dataclasses.
-
     Example:
         >>> key_of("sum", (1.0, 2.0)) == key_of("sum", (1.0, 2.0))
         True

@@ -223,9 +223,6 @@ class _Emitter:
         """Store results, those of a case in a branch of their own.
 
         Args:
-            found: what is written, and when.
-            values: of all operations.
-            outputs: pointers.
             runs: side by side, those whose case this is; all, if None.
         """
         for (output, element), place in found.always:
@@ -258,9 +255,6 @@ class _Emitter:
         """Emit one case or the other, and what is chosen behind them.
 
         Args:
-            branch: both.
-            values: of what was emitted.
-            emit: emits operations.
             behind: operations of which the value is asked for again where their case is known to have been the one.
         """
         zero, any_value = self.constant(0.0), ir.Constant(self.real, ir.Undefined)
@@ -320,13 +314,7 @@ def emit_program(
     """Emit a program as a function of its own, which stays one.
 
     Args:
-        module: gets the function.
-        name: of the function.
-        program: the operations.
-        inputs: how many arrays it reads.
-        outputs: how many it writes.
         width: runs side by side. With 1 the arrays have shape (n,), else (n, width).
-        kept: of an output the input that it is written over.
 
     Returns:
         The function, of pointers to the inputs and then to the outputs; an output may be an input.

@@ -28,13 +28,6 @@ def emit_loop(
     Arrays are handed over by their addresses as int64, numbers as double. What it returns is a whole number, 0 if it
     returns nothing.
 
-    Args:
-        module: gets the function.
-        source: the loop.
-        kinds: of its arguments.
-        constants: names that have a number.
-        call: emits calls of the graph's functions.
-
     Returns:
         The size of the workspace, memory for its own arrays [8 bytes].
 

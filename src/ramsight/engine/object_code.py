@@ -46,11 +46,6 @@ _lock = threading.Lock()
 class NativeFunction:
     """A function of C-contiguous arrays of float64 or int64 and of numbers, which are float64; it returns an int.
 
-    Args:
-        written: gives its text; asked when it is compiled.
-        name: of its files; stands for its content.
-        folder: where they are.
-
     Attributes:
         loaded: how often machine code was taken from the folder.
     """

@@ -25,10 +25,6 @@ def packed(graph: Graph, order: Sequence[int]) -> list[tuple[int, ...]]:
 
     What takes long waits until there are four of its kind, or until all that is left waits for such.
 
-    Args:
-        graph: the operations.
-        order: some of them, each behind those of them that it needs.
-
     Example:
         >>> from ramsight.engine.cache import instructions
         >>> from ramsight.engine.graph import graph_of

@@ -150,11 +150,9 @@ def replay(
     """Step through many samples.
 
     Args:
-        recursion: the graph.
         inputs: shape (samples, inputs), C-contiguous.
         parameters: shape (parameters,).
         state: shape (states,); is overwritten by the state after the last sample.
-        advance: called now and then with the number of samples done since the last call.
 
     Returns:
         The outputs, shape (samples, outputs).
@@ -181,7 +179,6 @@ def replay_many(
     A run's numbers are the same to the last bit whatever runs beside it; from `replay` they may differ by rounding.
 
     Args:
-        recursion: the graph.
         inputs: of each run, shape (samples, inputs).
         parameters: of all runs, shape (parameters,), or of each, (runs, parameters).
         states: shape (runs, states); first states. They stay as they are.
@@ -215,15 +212,7 @@ def recursion_of(
     stage: Callable[[S, I], tuple[S, Sequence[Real]]],
     parameters: object = (),
 ) -> Recursion:
-    """A stage as a recursion.
-
-    Args:
-        initial: its first state.
-        inputs: symbols that it takes.
-        outputs: names of what it gives.
-        stage: state and inputs to state and outputs.
-        parameters: symbols of values that stay from sample to sample.
-    """
+    """A stage as a recursion."""
     before = symbols(initial)
     after, given = stage(before, inputs)
     names = [tuple(one.name for one in leaves(tree)) for tree in (before, inputs, parameters)]

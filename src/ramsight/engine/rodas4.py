@@ -54,10 +54,6 @@ def _combine(coefficients: tuple[float, ...], vectors: list[Any]) -> Any:
 def step_functions(rhs: ca.Function, solve: ca.Function) -> dict[str, ca.Function]:
     """The step as SX functions, each one straight run of operations from its inputs to its outputs.
 
-    Args:
-        rhs: f(x, u, slope, q).
-        solve: (w, b) -> k, the elimination's second half.
-
     Returns:
         `stage_0(f, ft, h, w) -> k0`; `stage_i(x, u, slope, q, h, ft, w, k0, ...) -> ki` with the right-hand side
         inside; `finish(x, k0, ..., k5, atol, rtol) -> x1, error` with the sum of the squared errors, each over its
@@ -96,11 +92,6 @@ def step_functions(rhs: ca.Function, solve: ca.Function) -> dict[str, ca.Functio
 
 def control_functions(n: int, n_coupled: int, n_inputs: int) -> dict[str, ca.Function]:
     """What surrounds a step, as SX functions: how long it is, and what follows from its error.
-
-    Args:
-        n: number of states.
-        n_coupled: those of them that the error is the mean of.
-        n_inputs: number of inputs.
 
     Returns:
         `begin(t, t0, t1, h_next, longest, u_start, slope) -> h, c, u0`: the step does not pass the corner t1;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,29 @@ from ramsight.arrays import Array
 from ramsight.engine import kernel
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import FIRST_STEP, compile_ode
-from ramsight.engine.outcome import Outcome
+
+
+class Outcome(Enum):
+    """How an integration ended."""
+
+    DONE = "The run reached its end."
+    TOO_MANY_STEPS = (
+        "The run needed more than {limit} steps and stopped at {time:.6g} s. "
+        "Raise max_steps, loosen rtol, or look for a very stiff or chattering part."
+    )
+    STEP_TOO_SMALL = (
+        "The step size fell below what the time can resolve at {time:.6g} s; the error sits in state {state!r}. "
+        "Check that part's parameters (a volume near zero, a stiffness far out of scale)."
+    )
+    NOT_FINITE = (
+        "State {state!r} stopped being a finite number at {time:.6g} s. "
+        "Check that part's parameters and that load and speed are within what it can carry."
+    )
+
+    def sentence(self, *, time: float = 0.0, state: str = "", limit: int = 0) -> str:
+        """The text with the place filled in."""
+        return self.value.format(time=time, state=state, limit=limit)
+
 
 DEFAULT_RTOL = 1e-6
 DEFAULT_MAX_STEPS = 20_000_000
@@ -69,16 +92,11 @@ def integrate(
     """Integrate a model from `initial` through all segments with Rodas4.
 
     Args:
-        model: the equations.
         initial: states at the start, shape (states,).
-        segments: inputs and parameters.
         sample_time: times [s] at which states are wanted, increasing, within the segments.
         rtol: relative tolerance; the absolute ones are the states' own times `tolerance_scale`.
         tolerance_scale: factor on the states' absolute tolerances.
         max_step: largest step [s].
-        max_steps: steps after which the run is abandoned.
-        record_steps: keep the states after every accepted step.
-        advance: called now and then with the simulated seconds since the last call.
 
     Returns:
         The trajectory, also when the run failed: look at its outcome.

@@ -42,12 +42,6 @@ def whole(value: int) -> Any:
 class Terms:
     """Emits terms where a builder stands.
 
-    Args:
-        builder: at the beginning of the function's body.
-        entry: a builder where variables are made.
-        constants: names that have a number.
-        workspace: pointer to memory for the arrays that are made.
-
     Attributes:
         variables: place of each name that has one number.
         arrays: each name that has an array.

@@ -69,12 +69,7 @@ def leaf(
     """A state of a dataclass.
 
     Args:
-        unit: of its value.
         initial: value before the first sample; None where it depends on the machine.
-        learned: whether it describes the machine; of a mapping, by key.
-        always: whether it follows samples that are passed over as well.
-        variance: whether it is a variance; of a mapping, by key.
-        inline: whether names leave out the field's own name.
         exact: the input that it repeats, or ``sum`` for what grows by little at a time.
 
     Example:

@@ -41,8 +41,6 @@ def writes(graph: Graph, kept: Mapping[int, int], whole: Collection[int] = ()) -
     """What is written of a graph's results, and when.
 
     Args:
-        graph: the operations.
-        kept: of an output the input that it is written over.
         whole: nodes that are written as they are, not looked into: they are known in one case of a branch alone.
 
     Example:

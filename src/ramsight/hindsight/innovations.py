@@ -12,11 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.normal import TWO_SIDED_95
 
-Array = NDArray[np.float64]
 NIS = "nis"
 """Squared innovation of a measurement of the place over its variance [1]; NaN where there was none."""
 NAMED = 5
@@ -53,9 +52,7 @@ class Innovations:
         """Take those of consecutive samples.
 
         Args:
-            first: place of the first sample in the log.
             time: of the samples [s].
-            aside: what is traced of them.
         """
         names = ("accepted", "rejected", "put_back", "normal", "moved")
         accepted, rejected, put_back, normal, moved = (aside[name] for name in names)

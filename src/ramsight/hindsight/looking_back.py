@@ -11,18 +11,16 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ramsight.hindsight.forward import Advance, Forward, gone_through, silent
+from ramsight.arrays import Array
 from ramsight.hindsight.innovations import NIS
 from ramsight.hindsight.positions import ASIDE_SAID, Positions, probabilities, said_of
-from ramsight.hindsight.smoother import Ahead, Smoothed, backward
+from ramsight.hindsight.smoother import Advance, Ahead, Forward, Smoothed, backward, gone_through, silent
 from ramsight.hindsight.trace import Tracer
 from ramsight.sensor.quantity import FACTOR_OF, Quantity
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, LIVE, OF_POSITION, POSITION, STATUS, log_inputs, said_signals
 from ramsight.signals import Signal, Signals
 
-Array = NDArray[np.float64]
 PASSES = 3
 """How often a log is gone through at most until the smoothed start is where it was linearised."""
 CLOSE = 0.1
@@ -79,12 +77,9 @@ def looked_back(
     """Where the piston was, by all that a log says.
 
     Args:
-        tracer: the sensor of the log's machine.
         pieces: of the log, one at least, in order.
         state: of the sensor before it, by name.
         names: of the sensor's outputs that are kept beside those of the position; None for all.
-        advance: is passed the share of a way through the log that was done since the last call, forward and backward,
-            of each pass.
     """
     advance = advance or silent
     order = tracer.sensor.recursion.state
@@ -159,9 +154,6 @@ def _learned(smoothed: Smoothed, tracer: Tracer, log_weight: Array) -> dict[str,
 
 class Recalled:
     """A log that was looked back at, for what takes a sensor that follows it piece by piece.
-
-    Args:
-        back: the log by all that it says.
 
     Attributes:
         outputs: names of what is said of each sample.

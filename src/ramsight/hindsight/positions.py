@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.expression import count, scalar, scalar_symbol
 from ramsight.machine.assumption_description import AssumedIntegrity
 from ramsight.normal import TWO_SIDED_95
@@ -28,7 +29,6 @@ from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import END_GIVES
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST
 
-Array = NDArray[np.float64]
 _BESIDE = ("others", "unseen", "unseen_most", "offset", "width", "wrong")
 ASIDE_SAID = (*_BESIDE, "status", "beneath")
 """What of a sample's trace is needed beside the hypotheses."""
@@ -68,7 +68,6 @@ class Positions:
         Args:
             position: shape (samples, hypotheses) [m]; is overwritten.
             variance: of these [m2]; is overwritten.
-            log_weight: of each hypothesis.
             stroke: of the cylinder [m].
         """
         for k in range(len(log_weight)):
@@ -120,9 +119,7 @@ def said_of(positions: Positions, aside: Mapping[str, Array], unit: HydraulicUni
     """Position, its deviation, band, bound and status of some samples, by the names of the sensor's outputs.
 
     Args:
-        positions: of the position.
         aside: what is traced beside the hypotheses, by the names in `ASIDE`.
-        unit: that is watched.
     """
     stroke, k = float(unit.cylinder.stroke), len(positions.log_weight)
     shown = np.clip(positions.likeliest, 0.0, stroke)

@@ -18,6 +18,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.engine.recursion import replay
 from ramsight.expression import Scalar, all_of, count, negated
 from ramsight.plant.unit import HydraulicUnit
@@ -30,7 +31,6 @@ from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
-Array = NDArray[np.float64]
 _PREFIX = "trace."
 
 
@@ -133,11 +133,7 @@ class Tracer:
 
     @classmethod
     def of(cls, unit: HydraulicUnit) -> Tracer:
-        """Of a unit's sensor, as it was kept or made.
-
-        Args:
-            unit: that it watches.
-        """
+        """Of a unit's sensor, as it was kept or made."""
         sensor = kept_sensor("traced", unit, _traced)
         return cls(sensor, _layout_of(sensor), unit)
 
@@ -164,7 +160,6 @@ class Tracer:
         An error of an entered start is in every sample until a place is measured (`Bank.placed` adds it there).
 
         Args:
-            rows: of consecutive samples.
             unknown: variance of the position in each by what changed unknown [m2], shape (samples, 2): before a
                 measurement, and after it.
         """

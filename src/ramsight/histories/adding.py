@@ -28,17 +28,11 @@ _AHEAD = 3  # logs for each thread of a cluster: one that is followed, the other
 
 @dataclass(frozen=True)
 class Added:
-    """What became of logs.
+    """What became of logs."""
 
-    Attributes:
-        records: of logs that were new.
-        known: files whose log has a record already.
-        refused: files that cannot be read, and why.
-    """
-
-    records: tuple[Record, ...]
-    known: tuple[Path, ...]
-    refused: tuple[tuple[Path, str], ...]
+    records: tuple[Record, ...]  # of logs that were new
+    known: tuple[Path, ...]  # files whose log has a record already
+    refused: tuple[tuple[Path, str], ...]  # files that cannot be read, and why
 
     @property
     def text(self) -> str:
@@ -82,15 +76,7 @@ def add_logs(
     """Follow the logs that the store does not have, and keep their records.
 
     Args:
-        store: of records.
-        place: of the unit's description in it.
-        following: makes records of them.
-        files: of the logs.
         at: when the log begins, of a single one [s since 1970].
-        client: of Dask distributed; None for threads of this process.
-        threads: how many; by default one for each core that this process may use.
-        advance: is passed the number of files that are done since the last call.
-        say: is passed a line on each record.
     """
     records, known, refused = [], [], []
 

@@ -13,12 +13,10 @@ from ramsight.arrays import Array
 from ramsight.histories.cause import Suspected, suspected
 from ramsight.histories.dated import shown
 from ramsight.histories.fleet import Member, Population, population
-from ramsight.histories.followed import Followed, limited
-from ramsight.histories.forecast import Forecast, forecasts
+from ramsight.histories.forecast import Followed, Forecast, forecasts, limited
 from ramsight.histories.history_store import Event, Kept
 from ramsight.histories.record import Record
-from ramsight.histories.steps import Explained, Step, explained
-from ramsight.histories.trend import Series
+from ramsight.histories.trend import Explained, Series, Step, explained
 
 HEADLINE = "leak"
 """The quantity that says how a machine is."""
@@ -133,7 +131,6 @@ def assessed(histories: Sequence[History], limits: Mapping[str, float] | None = 
     """Assess histories, and each among its sisters.
 
     Args:
-        histories: of units.
         limits: of quantities, by name, over the description's [1].
 
     Raises:

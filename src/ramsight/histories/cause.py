@@ -73,7 +73,6 @@ def suspected(changes: Mapping[str, tuple[float, float]], *, at_oil_change: bool
 
     Args:
         changes: of levels, and their standard deviations, by name [1].
-        at_oil_change: whether they came with a declared oil change.
 
     Example:
         >>> [one.cause.words for one in suspected({"compliance": (0.5, 0.05), "leak": (0.0, 0.03)})][0]

@@ -41,7 +41,6 @@ def begun(path: Path, first: float, at: float | None = None) -> tuple[float, str
     """When a log begins [s since 1970], and what says so.
 
     Args:
-        path: its file.
         first: time of its first sample, by its own clock [s].
         at: when, as it was passed [s since 1970]; None if it was not.
 

@@ -9,21 +9,79 @@ knows which, so that both count as much.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ramsight.arrays import Array
+from ramsight.errors import DescriptionError
 from ramsight.histories.trend import KINDS, YEAR, Trend
 from ramsight.normal import ONE_SIDED_95, upper_tail
+
+LIMIT = 1.5
+"""Of a factor over the data sheet's, from which a pump is worn, unless another one is asked for."""
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A quantity."""
+
+    words: str  # what it is
+    is_factor: bool = True  # whether it is over the description's, so that its logarithm is followed
+    limit: float = math.nan  # beyond which something is to be done [1]; NaN if there is none unless it is asked for
+
+    @property
+    def way(self) -> float:
+        """1 if the limit is above what a new machine has, -1 if it is below."""
+        return -1.0 if self.limit < (1.0 if self.is_factor else 0.0) else 1.0
+
+    def level(self, value: float) -> float:
+        """The level of a value [1]."""
+        return math.log(value) if self.is_factor else value
+
+    def value(self, level: float) -> float:
+        """The value of a level [1]."""
+        return math.exp(level) if self.is_factor else level
+
+
+FOLLOWED = {
+    "leak": Followed("leakage of the pumps", limit=LIMIT),
+    "displacement": Followed("oil that a turn moves"),
+    "compliance": Followed("softness of oil and hoses"),
+    "exponent": Followed("law of the leakage: 0 through gaps, 0.5 through edges", is_factor=False),
+    "relief": Followed("torque at the relief valves"),
+}
+"""All of them, by the names of records."""
+_LEAST, _MOST = 0.01, 100.0
+
+
+def limited(limits: Mapping[str, float] | None) -> dict[str, Followed]:
+    """What is followed, with other limits.
+
+    Args:
+        limits: by name, over the description's [1].
+
+    Raises:
+        DescriptionError: there is no such quantity, or the limit is none.
+    """
+    found = dict(FOLLOWED)
+    for name, limit in (limits or {}).items():
+        if name not in found:
+            raise DescriptionError("is not followed", key="limit", value=name, allowed=", ".join(FOLLOWED))
+        least = _LEAST if found[name].is_factor else -1.0
+        if not (isinstance(limit, int | float) and least <= limit <= _MOST):
+            raise DescriptionError(
+                "is out of range", key=f"limit {name}", value=limit, allowed=f"{least:g} to {_MOST:g}"
+            )
+        found[name] = Followed(found[name].words, found[name].is_factor, float(limit))
+    return found
+
 
 QUANTILES = (0.05, 0.5, 0.95)
 """Of the date: the interval of 90 %, and its middle."""
 HORIZON = 5.0
 """Years ahead in which a date is given; a planner has no use for a later one."""
-LIMIT = 1.5
-"""Of a factor over the data sheet's, from which a pump is worn, unless another one is asked for."""
 FEWEST = 5
 """Records before which no trend is looked for."""
 _GRID = np.concatenate([[0.0], np.geomspace(0.2 / 365.25, HORIZON, 250)])
@@ -61,9 +119,7 @@ def forecasts(found: Trend, times: Array, records: Array, spans: Array, limit: A
     """The dates of some series.
 
     Args:
-        found: their trends.
         times: of the last records [s since 1970].
-        records: how many say something of each.
         spans: time from the first to the last of these [s].
         limit: of each level [1]; NaN where there is none.
         way: 1 where the level reaches the limit from below, -1 from above.
@@ -78,9 +134,6 @@ def passed(found: Trend, k: int, limit: float, way: float, ahead: Array) -> Arra
     """Probability that the limit is passed, at times after the last record [1].
 
     Args:
-        found: trends.
-        k: which series.
-        limit: of its level.
         way: 1 from below, -1 from above.
         ahead: times [years].
     """

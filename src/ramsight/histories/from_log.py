@@ -62,12 +62,7 @@ def file_digest(path: Path) -> str:
 
 
 class Following:
-    """What makes records of a unit's logs.
-
-    Args:
-        unit: as described.
-        channel_map: of the files.
-    """
+    """What makes records of a unit's logs."""
 
     def __init__(self, unit: HydraulicUnit, channel_map: AnyMap | None = None) -> None:
         self.unit, self.channel_map = unit, channel_map
@@ -79,10 +74,7 @@ class Following:
         """The record of a log.
 
         Args:
-            path: its file.
             at: when it begins [s since 1970]; None: as its clock, its name or its file says.
-            digest: of the file, if it is known already.
-            advance: is passed the share of the file that was read since the last call.
 
         Raises:
             LogError: it cannot be read, or has no samples.
@@ -110,10 +102,7 @@ def record_of(
     """The record of what a new sensor has followed.
 
     Args:
-        unit: as described.
-        sensor: after it.
         seen: what was counted of it, one sample at least.
-        name: of the file.
         when: it begins [s since 1970], and what says so.
         digest: of the file; empty for that of the samples.
     """
@@ -183,7 +172,6 @@ def thinning(oil: Oil, temperature: float) -> tuple[float, float]:
     taken for wear by as much as the viscosity is lower.
 
     Args:
-        oil: of the unit.
         temperature: as reported [K]; NaN if it is unknown.
     """
     if not math.isfinite(temperature):
@@ -193,11 +181,7 @@ def thinning(oil: Oil, temperature: float) -> tuple[float, float]:
 
 
 def relief_level(pressed: Pressed) -> Learned | None:
-    """Torque at the relief valves over what the description says [1]; None where nothing pressed.
-
-    Args:
-        pressed: presses of a log.
-    """
+    """Torque at the relief valves over what the description says [1]; None where nothing pressed."""
     levels = []
     for way in pressed.sides:
         found = [press.level for press in pressed.presses if press.way == way]

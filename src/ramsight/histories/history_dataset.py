@@ -10,7 +10,7 @@ import numpy as np
 
 from ramsight.arrays import Array
 from ramsight.histories.assessed import Assessed
-from ramsight.histories.followed import FOLLOWED
+from ramsight.histories.forecast import FOLLOWED
 from ramsight.optional import needing
 from ramsight.signals import Dataset
 

@@ -1,10 +1,14 @@
-"""A fleet as one HTML page that needs no other file: a row a machine, and a part a machine with its trends."""
+"""A history shown: a page, a picture, lines of text, and a fleet as a table."""
 
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
 from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +18,12 @@ from ramsight.histories.assessed import HEADLINE, Assessed, QuantityTrend, State
 from ramsight.histories.dated import shown
 from ramsight.histories.trend import YEAR
 from ramsight.normal import TWO_SIDED_95
+from ramsight.optional import needing
 from ramsight.output.html_page import page, row, table
+from ramsight.tracking.figures import ESTIMATE, STYLE, TRUTH, UNCERTAIN, legend_above, save
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 _CLASS = {State.PASSED: "bad", State.DATED: "fair", State.CHANGED: "fair", State.STEADY: "good", State.UNKNOWN: "open"}
 _POINTS = 120  # of a drawing, at most: a screen shows no more
@@ -32,12 +41,7 @@ a { color: inherit; }
 
 
 def fleet_page(found: Sequence[Assessed], title: str) -> str:
-    """The page.
-
-    Args:
-        found: the machines.
-        title: of the page.
-    """
+    """The page."""
     order = sorted(range(len(found)), key=lambda k: _urgency(found[k]))
     head = ("machine", "leakage of the data sheet's", "a year", "trend", "state", "limit")
     rows = [_row(found[k], k) for k in order]
@@ -228,3 +232,89 @@ def _drawing(trend: QuantityTrend, events: Sequence[float]) -> str:
         f'<polygon class="band" points="{band}"/>{dots}<polyline class="level" points="{_path(x, paper.y(level))}"/>'
         f"{lines}{ends}</svg>"
     )
+
+
+_LEAST = 3  # records of a quantity that is drawn
+
+
+def history_figure(one: Assessed, path: str | Path) -> None:
+    """Draw what each log says, the trends with their bands of 95 %, limits, events and steps."""
+    with needing("figures"):
+        import matplotlib as mpl
+        from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
+        from matplotlib.figure import Figure
+
+    drawn = [trend for trend in one.quantities.values() if len(trend.time) >= _LEAST] or list(one.quantities.values())
+    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
+        figure = Figure(figsize=(7.2, 1.2 + 1.7 * max(len(drawn), 1)), layout="constrained")
+        axes = figure.subplots(max(len(drawn), 1), 1, sharex=True, squeeze=False)[:, 0]
+        for place, trend in zip(axes, drawn, strict=False):
+            _draw(place, trend, one)
+        dates = AutoDateLocator(maxticks=9)  # type: ignore[no-untyped-call]
+        axes[-1].xaxis.set_major_locator(dates)
+        axes[-1].xaxis.set_major_formatter(ConciseDateFormatter(dates))  # type: ignore[no-untyped-call]
+        axes[-1].set_xlabel("date (UTC)")
+        legend_above(axes[0], ncols=4)
+        title = f"{one.history.kept.key.text}: {one.state.value}"
+        figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left", fontsize=9, fontweight="bold")
+    save(figure, path)
+
+
+def _draw(axes: Any, trend: QuantityTrend, one: Assessed) -> None:
+    when = [datetime.fromtimestamp(t, UTC) for t in trend.time]
+    value = np.exp if trend.followed.is_factor else np.asarray
+    axes.errorbar(when, trend.value, trend.std, fmt=".", color=TRUTH, ms=3, lw=0.6, alpha=0.6, label="a log")
+    band = TWO_SIDED_95 * trend.level_std
+    axes.plot(when, value(trend.level), color=ESTIMATE, lw=1.4, label="trend")
+    axes.fill_between(when, value(trend.level - band), value(trend.level + band), color=ESTIMATE, alpha=0.18, lw=0)
+    if not math.isnan(trend.followed.limit):
+        axes.axhline(trend.followed.limit, color="#1f2a36", ls="--", lw=0.9, label="limit")
+    for event in one.history.events:
+        axes.axvline(datetime.fromtimestamp(event.at, UTC), color="#17603a", lw=0.9, label=event.kind)
+    for step in trend.steps:
+        if not step.is_declared:
+            axes.axvline(when[step.record], color=UNCERTAIN, lw=1.2, label="step found")
+    axes.set_ylabel(textwrap.fill(f"{trend.followed.words} [1]", 24), fontsize=8)
+
+
+_LINES = 10  # under a heading
+
+
+def machine_text(one: Assessed) -> str:
+    """A machine as lines of text."""
+    records = one.history.records
+    lines = [f"{one.history.kept.key.text}: {one.state.value}; {len(records)} records"]
+    lines.append(f"  limit of the leakage: {one.date_text}")
+    for name, trend in one.quantities.items():
+        lines.append(
+            f"  {name}: {value_text(trend)}, since the first record {change_text(trend)} ({trend.followed.words})"
+        )
+    causes = [cause.text for cause in one.causes[:_CAUSES] if cause.probability >= 0.01]
+    for title, said in (
+        ("what has changed", causes),
+        ("events and steps", happened(one)),
+        ("logs to look at", one.looks),
+    ):
+        if said:
+            lines.append(f"  {title}:")
+            lines += [f"    {line}" for line in said[:_LINES]]
+            lines += [f"    and {len(said) - _LINES} more"] if len(said) > _LINES else []
+    if one.among is not None:
+        away = "leaves the others" if one.among.leaves else "as the others"
+        lines.append(f"  among its sisters: {away} (chance of one so far away: {100 * one.among.chance:.2g} %)")
+    return "\n".join(lines)
+
+
+def fleet_table(found: Sequence[Assessed]) -> Table:
+    """A row a machine."""
+    from rich.table import Table
+
+    table = Table("machine", "records", "leakage", "state", "limit", "among its sisters")
+    for one in found:
+        leak = one.quantities.get(HEADLINE)
+        among = "" if one.among is None else "leaves the others" if one.among.leaves else "as the others"
+        value = "–" if leak is None else value_text(leak)
+        table.add_row(
+            one.history.kept.key.text, str(len(one.history.records)), value, one.state.value, one.date_text, among
+        )
+    return table

@@ -68,7 +68,6 @@ class HistoryStore:
 
     Args:
         url: a file (SQLite), or ``postgresql://user@host/database``.
-        makes: make a file that is not there.
 
     Raises:
         HistoryError: it is no history, of a later schema, or cannot be reached.
@@ -124,9 +123,7 @@ class HistoryStore:
         """The place of a unit's description in the store, which it gets if it is new.
 
         Args:
-            key: whose it is.
             digest: of the description, as `description_digest` gives it.
-            toml: the description.
             has_changed: a description other than that of the records so far begins a history of its own.
 
         Raises:
@@ -156,24 +153,14 @@ class HistoryStore:
             return int(made.scalar_one())
 
     def has_file(self, place: int, digest: str) -> bool:
-        """Whether there is a record of a file.
-
-        Args:
-            place: of the description.
-            digest: of the file's bytes.
-        """
+        """Whether there is a record of a file."""
         table, sql = self._table("records"), self._sql
         asked = sql.select(table.c.id).where(table.c.description == place, table.c.file_digest == digest).limit(1)
         with self._transaction() as connection:
             return connection.execute(asked).first() is not None
 
     def add(self, place: int, record: Record) -> bool:
-        """Keep a record; False if its log has one already.
-
-        Args:
-            place: of the description.
-            record: of the log.
-        """
+        """Keep a record; False if its log has one already."""
         table, quantities = self._table("records"), self._table("quantities")
         values = {name: _stored(getattr(record, name)) for name in _PLAIN}
         values |= {"faults": json.dumps(record.faults), "covariances": json.dumps(dict(record.covariances))}
@@ -193,11 +180,7 @@ class HistoryStore:
         return True
 
     def records(self, place: int) -> list[Record]:
-        """The records of a description, in the order of their times.
-
-        Args:
-            place: of the description.
-        """
+        """The records of a description, in the order of their times."""
         table, quantities, sql = self._table("records"), self._table("quantities"), self._sql
         wanted = [table.c[name] for name in ("id", *_PLAIN, "faults", "covariances")]
         asked = sql.select(*wanted).where(table.c.description == place).order_by(table.c.begun, table.c.log_digest)

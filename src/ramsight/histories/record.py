@@ -21,19 +21,12 @@ LEARNED_LEAST = 0.05
 
 @dataclass(frozen=True)
 class Learned:
-    """A quantity after one log.
+    """A quantity after one log."""
 
-    Attributes:
-        value: estimate [1], over that of the description if it is a factor.
-        std: its standard deviation [1].
-        prior: what the description says [1].
-        prior_std: standard deviation of that [1]; infinite if it says nothing.
-    """
-
-    value: float
-    std: float
-    prior: float = 1.0
-    prior_std: float = math.inf
+    value: float  # estimate [1], over that of the description if it is a factor
+    std: float  # its standard deviation [1]
+    prior: float = 1.0  # what the description says [1]
+    prior_std: float = math.inf  # standard deviation of that [1]; infinite if it says nothing
 
     @property
     def evidence(self) -> tuple[float, float] | None:
@@ -56,47 +49,28 @@ class Learned:
 
 @dataclass(frozen=True)
 class Record:
-    """What one log says of a unit.
+    """What one log says of a unit."""
 
-    Attributes:
-        log_digest: of its samples, SHA-256: the same log is one record, whatever its file is called.
-        file_digest: of the file's bytes, SHA-256.
-        file: its name.
-        begun: when the log begins [s since 1970, UTC].
-        dated_by: what says so: ``option``, ``log``, ``name``, ``file`` or ``clock``.
-        duration: of the log [s].
-        worked: how long its motor turned [s].
-        oil_low, oil_high, oil_mean: the oil's temperature [K].
-        leak_per_kelvin: change of the logarithm of a leak factor if the oil is warmer than reported [1/K].
-        leak_per_kelvin2: derivative of that [1/K^2].
-        references: ends and switches that were met.
-        available: share of the samples whose position may be used [1].
-        consistency: mean of the last squared innovations over their variances [1]; 1 of the described machine.
-        mistake: why the log cannot be this machine's; empty where it can.
-        faults: of inputs that were named.
-        quantities: that were learned, by name.
-        covariances: of their estimates, ``"leak displacement"`` [1].
-    """
-
-    log_digest: str
-    file_digest: str
-    file: str
-    begun: float
-    dated_by: str
-    duration: float
-    worked: float
+    log_digest: str  # of its samples, SHA-256: the same log is one record, whatever its file is called
+    file_digest: str  # of the file's bytes, SHA-256
+    file: str  # its name
+    begun: float  # when the log begins [s since 1970, UTC]
+    dated_by: str  # what says so: ``option``, ``log``, ``name``, ``file`` or ``clock``
+    duration: float  # of the log [s]
+    worked: float  # how long its motor turned [s]
+    # oil_low, oil_high, oil_mean: the oil's temperature [K]
     oil_low: float
     oil_high: float
     oil_mean: float
-    leak_per_kelvin: float
-    leak_per_kelvin2: float
-    references: int
-    available: float
-    consistency: float
-    mistake: str = ""
-    faults: tuple[str, ...] = ()
-    quantities: Mapping[str, Learned] = field(default_factory=dict)
-    covariances: Mapping[str, float] = field(default_factory=dict)
+    leak_per_kelvin: float  # change of the logarithm of a leak factor if the oil is warmer than reported [1/K]
+    leak_per_kelvin2: float  # derivative of that [1/K^2]
+    references: int  # ends and switches that were met
+    available: float  # share of the samples whose position may be used [1]
+    consistency: float  # mean of the last squared innovations over their variances [1]; 1 of the described machine
+    mistake: str = ""  # why the log cannot be this machine's; empty where it can
+    faults: tuple[str, ...] = ()  # of inputs that were named
+    quantities: Mapping[str, Learned] = field(default_factory=dict)  # that were learned, by name
+    covariances: Mapping[str, float] = field(default_factory=dict)  # of their estimates, ``"leak displacement"`` [1]
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,6 @@ class Session:
     """What is followed of a machine that runs.
 
     Args:
-        unit: as described.
         keep: is passed each record; one that it cannot keep is passed again later.
         every: time of a record [s].
         clock: seconds since 1970.
@@ -113,9 +112,6 @@ def session_for(store: str | Path, machine: Machine, name: str, unit: HydraulicU
 
     Args:
         store: as `HistoryStore` takes it; made if it is not there.
-        machine: as described.
-        name: of the unit.
-        unit: built of that description.
         serial: serial number of the machine; empty where there is one of its kind.
 
     Raises:

@@ -50,7 +50,6 @@ def dbc_fields(path: Path, j1939: bool | None = None) -> tuple[dict[int, list[Fi
     """The fields of every message in a file.
 
     Args:
-        path: the file.
         j1939: whether messages with extended identifiers are J1939 groups, which come from any address; None goes by
             the file: by its attributes, or by the null address FEh in an identifier, from which no device sends.
 

@@ -24,7 +24,6 @@ class Origins:
 
         Args:
             key: its identifier, or its J1939 group.
-            bus: that it came on.
             source: its J1939 address, None of other frames.
             to: the J1939 address that it goes to, None of others.
 

@@ -77,9 +77,6 @@ def known_map(channel_map: AnyMap | None) -> ChannelMap | None: ...
 def known_map(channel_map: AnyMap | None) -> ChannelMap | None:
     """A channel map as it is passed to a function: a map, the file of one, a name of the catalogue, or none.
 
-    Args:
-        channel_map: as it was passed.
-
     Raises:
         DescriptionError: it is none of these, or the file cannot be read.
     """

@@ -90,9 +90,6 @@ def summer_time(steps: Array, known: Array, usual: float, hour: float, file: str
     Args:
         steps: to each number from the one before, shape (n,).
         known: the numbers, shape (n,).
-        usual: step.
-        hour: in their unit.
-        file: for the warning.
     """
     added = np.zeros(len(known))
     for place in np.flatnonzero(np.abs(np.abs(steps) - hour) <= FEW * usual):

@@ -72,8 +72,6 @@ def warn_of_watched(file: str, watches: Collection[ClockWatch], leaps: Sequence[
     """Say what is wrong with the clock of a log of which some channels were watched, by the worst of them.
 
     Args:
-        file: the log.
-        watches: of its channels, or of all rows.
         leaps: times before and after each place where the whole log's clock was set back [s].
     """
     for one in watches:
@@ -90,10 +88,7 @@ def warn_of_clocks(
     """Say of each group which time stamps stand beside the others, and of the file whether its clock was set.
 
     Args:
-        file: the log.
         times: of each group [s].
-        came: how the samples of each group came.
-        names: of the groups.
     """
     for group, one in came.items():
         count = int(one.wild.sum())

@@ -38,32 +38,17 @@ BESIDE = "speed beside the angle"
 
 @dataclass
 class Unwrapped:
-    """A shaft's angle without jumps, in the place of its numbers.
-
-    Args:
-        channel: the counter's.
-        counted: what the map states of it.
-        scale: of its numbers, by the map.
-        speed: factor and offset of the speed beside it to rad/s, None without one.
-
-    Attributes:
-        unknown: spans in which the angle is not known [s].
-    """
+    """A shaft's angle without jumps, in the place of its numbers."""
 
     file: str
     channel: str
     counted: Counted
     scale: float = 1.0
-    speed: tuple[float, float] | None = None
-    unknown: list[tuple[float, float]] = field(default_factory=list)
+    speed: tuple[float, float] | None = None  # factor and offset of the speed beside it to rad/s, None without one
+    unknown: list[tuple[float, float]] = field(default_factory=list)  # spans in which the angle is not known [s]
 
     def over(self, blocks: Iterator[Block], factor: float, offset: float) -> Iterator[Block]:
         """The blocks with the angle [rad] for the numbers of the role ``speed``; all of them are read first.
-
-        Args:
-            blocks: of the log.
-            factor: of the file's numbers, with the sign.
-            offset: of them after that.
 
         Raises:
             LogError: the numbers do not say how far the shaft went.

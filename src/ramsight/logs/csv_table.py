@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -11,10 +12,90 @@ import numpy as np
 from ramsight.arrays import Array
 from ramsight.errors import LogError, MissingColumnError, warn_of_log
 from ramsight.logs.channels import TIME
-from ramsight.logs.decimals import Decimals
-from ramsight.logs.header import MOST_BREAKS, NEVER_FILLED, CsvForm, cells_of, separator_of, units_row, whole_lines
+from ramsight.logs.header import (
+    MOST_BREAKS,
+    NEVER_FILLED,
+    CsvForm,
+    cells_of,
+    separator_of,
+    split,
+    units_row,
+    whole_lines,
+)
 from ramsight.logs.lines import BLOCK, Advance, cut_short, file_name, line_blocks, printable
 from ramsight.logs.rows import MISSING, Layout, parse_carefully, parse_fast
+
+_MARKS = {".": ",", ",": "."}
+
+
+def _cell(inner: str, separator: str) -> re.Pattern[bytes]:
+    """Cells of this form; a cell begins after a separator or a line and ends before one."""
+    edge = re.escape(separator)
+    return re.compile(rf'(?:^|(?<={edge}))[ ]*"?[+-]?(?:{inner})"?[ ]*(?=[{edge}\r\n]|$)'.encode(), re.MULTILINE)
+
+
+class Decimals:
+    """Looks at the numbers of a file where both a decimal comma and a decimal point could be read.
+
+    A cell like ``1.500`` is one and a half, or one thousand five hundred where other cells have decimal commas; the
+    second is refused, and so is ``1,500`` beside decimal points.
+    """
+
+    def __init__(self, file: str, separator: str, names: list[str]) -> None:
+        self._file, self._separator, self._names = file, separator, names
+        self._proven: set[str] = set()
+        self._open: dict[str, tuple[int, str, str]] = {}
+        marks = {mark: re.escape(mark) for mark in _MARKS}
+        self._decimal = {
+            mark: _cell(
+                rf"[0-9]*{m}(?:[0-9]{{1,2}}|[0-9]{{4,}})(?:[eE][+-]?[0-9]+)?|(?:0[0-9]*|[0-9]{{4,}}){m}[0-9]+",
+                separator,
+            )
+            for mark, m in marks.items()
+        }
+        self._either = {mark: _cell(rf"[1-9][0-9]{{0,2}}(?:{m}[0-9]{{3}})+", separator) for mark, m in marks.items()}
+
+    def check(self, body: bytes, first_line: int, wanted: Collection[str]) -> None:
+        """Take lines of the file.
+
+        Raises:
+            LogError: a number may be a thousand times what it seems; with line and column.
+        """
+        for mark in _MARKS:
+            if mark.encode() not in body:
+                continue
+            if mark not in self._proven and self._decimal[mark].search(body):
+                self._proven.add(mark)
+            if mark not in self._proven and mark not in self._open:
+                self._note(mark, body, first_line, wanted)
+        for mark, other in _MARKS.items():
+            if mark in self._open and mark not in self._proven and other in self._proven:
+                self._refuse(mark, other)
+
+    def _note(self, mark: str, body: bytes, first_line: int, wanted: Collection[str]) -> None:
+        """Keep the first cell of a wanted column that can be read in two ways."""
+        for match in self._either[mark].finditer(body):
+            begin = body.rfind(b"\n", 0, match.start()) + 1
+            end = body.find(b"\n", match.start())
+            row = body[begin : None if end < 0 else end].decode("utf-8")
+            place = body.count(self._separator.encode(), begin, match.start())
+            cells = split(row, self._separator)
+            if place < min(len(cells), len(self._names)) and self._names[place] in wanted:
+                line = first_line + body.count(b"\n", 0, match.start())
+                self._open[mark] = (line, self._names[place], cells[place].strip())
+                return
+
+    def _refuse(self, mark: str, other: str) -> None:
+        line, column, text = self._open[mark]
+        words = {".": "point", ",": "comma"}
+        raise LogError(
+            f"'{printable(text)}' beside numbers with a decimal {words[other]} may be thousands: thousands separators"
+            f" are not read; write the log without them, or with one decimal mark",
+            file=self._file,
+            line=line,
+            column=column,
+        )
+
 
 FIRST_ROW = 2
 """Line of the first row: the header is line 1, and every row is one line."""
@@ -28,11 +109,6 @@ class CsvTable:
 
     Cells are separated by commas, or by semicolons or tabs with a decimal comma or point. A row of units may stand
     under the header: it is one if its cell in the first column is a unit of time, and it is passed over.
-
-    Args:
-        path: the file, compressed with gzip if its name ends in ``.gz``.
-        advance: is passed how much of the file has been read.
-        size: bytes read at once.
 
     Attributes:
         file: the file as messages name it.
@@ -112,7 +188,6 @@ class CsvTable:
         """The rows, once. A last line that breaks off in the middle of a row is left out, with a warning.
 
         Args:
-            wanted: names of columns that are there.
             gaps: those among them in which a cell may hold no number: empty, ``nan``, ``inf`` and words such as ``N/A``
                 read as NaN.
             stamps: columns that together are a date and a time of day, or one of the two.
@@ -235,9 +310,6 @@ def read_columns(
     and blank lines at the end are fine.
 
     Args:
-        path: the file.
-        needed: columns that must be there.
-        optional: columns that are read if they are there.
         gaps: those among them in which a cell may hold no number, which reads as NaN.
 
     Returns:
@@ -257,11 +329,6 @@ def read_columns(
 
 def read_timed(path: str | Path, needed: Sequence[str], optional: Sequence[str] = ()) -> dict[str, Array]:
     """Columns of a CSV file over the time in its column ``time_s``, as `read_columns` reads them.
-
-    Args:
-        path: the file.
-        needed: columns that must be there beside the time.
-        optional: columns that are read if they are there.
 
     Returns:
         As `read_columns`, with the times [s], which increase.
@@ -294,8 +361,6 @@ def check_increasing(time: Array, column: str, file: str) -> None:
 
     Args:
         time: times as read [s], shape (n,).
-        column: name of their column.
-        file: the file they were read from.
 
     Raises:
         LogError: a time is not above the one before it; names the line.
@@ -314,10 +379,6 @@ MOST_AFTER = 60
 
 def is_after_table(rows: Sequence[Sequence[str]], names: Sequence[str]) -> bool:
     """Whether lines are a summary: each is blank, the header, or begins with a word; and there is one with text.
-
-    Args:
-        rows: the cells of each line.
-        names: of the columns.
 
     Example:
         >>> is_after_table([[""], ["Min", "0", "1"]], ["t", "n", "M"]), is_after_table([["0.5", "x"]], ["t", "n"])

@@ -23,9 +23,6 @@ def is_data_frame(passed: object) -> bool:
 def arrow_table(frame: Any) -> Any:
     """The columns of a DataFrame as an Arrow table; its index too, where that has a name.
 
-    Args:
-        frame: of pandas, polars or another library.
-
     Raises:
         LogError: Arrow is not installed, or cannot read it.
     """
@@ -45,9 +42,6 @@ def arrow_table(frame: Any) -> Any:
 @contextmanager
 def as_file(frame: Any) -> Iterator[Path]:
     """A DataFrame as a file that is read as any other, gone again afterwards; errors of that do not name the file.
-
-    Args:
-        frame: of pandas, polars or another library.
 
     Raises:
         LogError: it cannot be read.

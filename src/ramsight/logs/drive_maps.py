@@ -62,7 +62,6 @@ def recognised(seen: Collection[int], names: Collection[str] = ()) -> Iterator[D
 
     Args:
         seen: identifiers of its frames, bit 31 set for an extended one.
-        names: of its columns.
 
     Example:
         >>> [one.name for one in recognised([0x23A, 0x23B, 0x181])]

@@ -35,10 +35,6 @@ _REMOTE, _REMOTE_FD64 = 0x80, 0x10
 def blf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
     """The frames of a BLF file; time counts from the start of the recording.
 
-    Args:
-        path: the file.
-        advance: is passed how much of the file has been read.
-
     Raises:
         LogError: it is no BLF file, or is damaged; says at which byte.
     """

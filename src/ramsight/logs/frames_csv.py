@@ -55,9 +55,6 @@ class FrameTable:
 def frame_table(path: str | Path) -> FrameTable | None:
     """The layout of a table of frames; None if the file is no such table.
 
-    Args:
-        path: the file, compressed with gzip if its name ends in ``.gz``.
-
     Raises:
         LogError: the file cannot be opened.
     """

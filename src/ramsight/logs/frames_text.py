@@ -52,8 +52,6 @@ def text_frames(path: str | Path, advance: Advance | None, read: Callable[[str, 
     """Frames line by line; a last line that breaks off is left out, with a warning.
 
     Args:
-        path: the file, compressed with gzip if its name ends in ``.gz``.
-        advance: is passed how much of the file has been read.
         read: the frame in a line, by its text and number; None if there is none, a `ValueError` if it is damaged.
 
     Raises:

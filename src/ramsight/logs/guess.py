@@ -46,9 +46,6 @@ _SUMMARY = re.compile(
 def guess_form(path: str | Path) -> CsvForm:
     """How a CSV file is laid out: lines before the header, separator and encoding.
 
-    Args:
-        path: the file, compressed with gzip if its name ends in ``.gz``.
-
     Raises:
         LogError: the file cannot be read.
     """

@@ -20,21 +20,14 @@ _BRACKETS = re.compile(r"\s*[\[(](.*)[\])]\s*")
 
 @dataclass(frozen=True)
 class CsvForm:
-    """How a CSV file is laid out, where that cannot be seen from its first line.
+    """How a CSV file is laid out, where that cannot be seen from its first line."""
 
-    Args:
-        header_line: line with the names of the columns, from 1; lines before it are passed over.
-        separator: between cells; None looks at the header.
-        encoding: of the letters.
-        first_row: line of the first row of numbers; None if it follows the header, or a row of units under it.
-        decimal: comma or point; None reads both, a comma only where it does not separate cells.
-    """
-
-    header_line: int = 1
-    separator: str | None = None
-    encoding: str = "utf-8"
+    header_line: int = 1  # line with the names of the columns, from 1; lines before it are passed over
+    separator: str | None = None  # between cells; None looks at the header
+    encoding: str = "utf-8"  # of the letters
+    # first_row: line of the first row of numbers; None if it follows the header, or a row of units under it
     first_row: int | None = None
-    decimal: str | None = None
+    decimal: str | None = None  # comma or point; None reads both, a comma only where it does not separate cells
 
 
 def separator_of(head: str) -> str:
@@ -90,8 +83,6 @@ def units_row(line: str, separator: str, *, strict: bool = True) -> list[str] | 
     """The units in a line, brackets taken off, if it is a row of units: no numbers, and a unit of time first.
 
     Args:
-        line: the line.
-        separator: between its cells.
         strict: whether the first unit is one of time; else any unit in it makes it a row of units.
 
     Example:

@@ -145,10 +145,7 @@ def inspect_log(
     """Look through a whole log.
 
     Args:
-        path: the file, of any kind that ramsight reads.
         channel_map: what is known of it already: a CSV file's layout, a CAN log's DBC files and PDOs.
-        dbc: further DBC files.
-        advance: is passed the share of the file that was read since the last call.
 
     Raises:
         LogError: the file cannot be read.

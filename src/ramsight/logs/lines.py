@@ -67,10 +67,7 @@ def line_blocks(
     characters after the last line.
 
     Args:
-        path: the file.
         encoding: of its letters; blocks are UTF-8 whatever it is.
-        advance: is passed how much of the file has been read.
-        size: bytes read at once.
         blank: what makes a line blank; no tab unless said, because it separates cells.
 
     Yields:

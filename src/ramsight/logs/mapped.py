@@ -35,10 +35,6 @@ from ramsight.units import parse
 class SensorCurve:
     """What a position sensor reads too much, linear between some of its readings, constant beyond them.
 
-    Args:
-        at: readings [m], increasing.
-        excess: of the reading over the position there [m].
-
     Example:
         >>> curve = SensorCurve((0.0, 0.1, 0.2), (0.0, 0.001, 0.0))
         >>> curve.position([0.05, 0.1]).round(6).tolist()
@@ -47,8 +43,8 @@ class SensorCurve:
         0.17
     """
 
-    at: tuple[float, ...]
-    excess: tuple[float, ...]
+    at: tuple[float, ...]  # readings [m], increasing
+    excess: tuple[float, ...]  # of the reading over the position there [m]
 
     @property
     def is_unique(self) -> bool:
@@ -101,29 +97,17 @@ ENABLED_MASK, ENABLED = 0x6F, 0x27
 
 @dataclass(frozen=True)
 class Mapped:
-    """One source channel and what its numbers mean: ``sign * (scale * number + offset)`` in ``unit``.
+    """One source channel and what its numbers mean: ``sign * (scale * number + offset)`` in ``unit``."""
 
-    Args:
-        channel: its name in the file, "" for a constant.
-        unit: of the number after scale and offset; None takes the file's.
-        sign: 1 or -1.
-        scale: factor.
-        offset: in `unit`.
-        rated: what 100 % is, in SI, where `unit` is percent or permille.
-        hold: how long a value holds [s].
-        constant: the value in SI where there is no channel.
-        noise: of the torque from one frame to the next, standard deviation [N m]; 0 if none is declared.
-    """
-
-    channel: str
-    unit: str | None = None
-    sign: float = 1.0
-    scale: float = 1.0
-    offset: float = 0.0
-    rated: float | None = None
-    hold: float = 0.5
-    constant: float | None = None
-    noise: float = 0.0
+    channel: str  # its name in the file, "" for a constant
+    unit: str | None = None  # of the number after scale and offset; None takes the file's
+    sign: float = 1.0  # 1 or -1
+    scale: float = 1.0  # factor
+    offset: float = 0.0  # in `unit`
+    rated: float | None = None  # what 100 % is, in SI, where `unit` is percent or permille
+    hold: float = 0.5  # how long a value holds [s]
+    constant: float | None = None  # the value in SI where there is no channel
+    noise: float = 0.0  # of the torque from one frame to the next, standard deviation [N m]; 0 if none is declared
 
 
 @dataclass(frozen=True)
@@ -147,33 +131,23 @@ class Timed:
 
 @dataclass(frozen=True)
 class Counted:
-    """A shaft's angle in place of its speed.
+    """A shaft's angle in place of its speed."""
 
-    Args:
-        per_turn: numbers a turn, after scale and offset.
-        modulus: numbers until it begins again, after scale and offset; infinity if it never does, None if that is to be
-            seen from the numbers.
-        fastest: that the shaft turns [rad/s]; None where the map states none.
-        speed: a channel of the speed beside it, which says which turn it was; None without one.
-    """
-
-    per_turn: float
+    per_turn: float  # numbers a turn, after scale and offset
+    # modulus: numbers until it begins again, after scale and offset; infinity if it never does, None if that is to be
+    # seen from the numbers
     modulus: float | None = None
-    fastest: float | None = None
-    speed: Mapped | None = None
+    fastest: float | None = None  # that the shaft turns [rad/s]; None where the map states none
+    speed: Mapped | None = None  # a channel of the speed beside it, which says which turn it was; None without one
 
 
 @dataclass(frozen=True)
 class Motor:
-    """A motor's current in place of its torque: k i (1 - abs(i)/i_s).
+    """A motor's current in place of its torque: k i (1 - abs(i)/i_s)."""
 
-    Args:
-        torque_constant: k, torque per unit of the current [N m].
-        saturation: i_s, in the current's unit, at which a linear loss of torque by saturation would take all; None
-            for a motor without.
-    """
-
-    torque_constant: float
+    torque_constant: float  # k, torque per unit of the current [N m]
+    # saturation: i_s, in the current's unit, at which a linear loss of torque by saturation would take all; None for
+    # a motor without
     saturation: float | None = None
 
     def torque(self, current: Array) -> Array:
@@ -184,30 +158,19 @@ class Motor:
 
 @dataclass(frozen=True)
 class Commanded:
-    """The command to a part of the circuit, for example a directional valve: -1 to 1.
+    """The command to a part of the circuit, for example a directional valve: -1 to 1."""
 
-    Args:
-        mapped: the channel.
-        least: a command smaller than this is none, and the last one holds.
-    """
-
-    mapped: Mapped
-    least: float = 0.0
+    mapped: Mapped  # the channel
+    least: float = 0.0  # a command smaller than this is none, and the last one holds
 
 
 @dataclass(frozen=True)
 class Referenced:
-    """A channel that states where the piston is.
+    """A channel that states where the piston is."""
 
-    Args:
-        mapped: the channel: positions in its unit, or a switch if there is a `position`.
-        position: where the piston is when the switch changes [m].
-        edge: which change it is: ``rising``, ``falling`` or ``both``.
-    """
-
-    mapped: Mapped
-    position: float | None = None
-    edge: str = "rising"
+    mapped: Mapped  # the channel: positions in its unit, or a switch if there is a `position`
+    position: float | None = None  # where the piston is when the switch changes [m]
+    edge: str = "rising"  # which change it is: ``rising``, ``falling`` or ``both``
 
 
 @dataclass(frozen=True)
@@ -221,72 +184,44 @@ class Sequence:
 
 @dataclass(frozen=True)
 class Pdo:
-    """A CANopen process data object.
+    """A CANopen process data object."""
 
-    Args:
-        cob_id: identifier of its frames.
-        objects: what is mapped into it, end to end: ``606Ch``, ``4602h:0Ch``, ``2010h:01 INT16``.
-    """
-
-    cob_id: int
-    objects: tuple[str, ...]
+    cob_id: int  # identifier of its frames
+    objects: tuple[str, ...]  # what is mapped into it, end to end: ``606Ch``, ``4602h:0Ch``, ``2010h:01 INT16``
 
 
 @dataclass(frozen=True)
 class ChannelMap:
-    """Everything that a map states; made by `load_map` or `standard_map`.
+    """Everything that a map states; made by `load_map` or `standard_map`."""
 
-    Args:
-        file: where it was read, None for one made by the program.
-        time: clock of a table, or of groups.
-        roles: ``speed``, ``torque`` and ``temperature``.
-        references: none or some.
-        base: the role whose samples are the log's: ``speed`` or ``torque``; None takes the slower.
-        sparse: whether an empty cell of a table is no sample, rather than a missing value.
-        form: layout of a CSV file.
-        dbc: files that say what CAN frames mean.
-        pdos: CANopen mappings that do.
-        bus: the CAN channel to read; None reads all.
-        sources: J1939 addresses whose frames are read; none reads those of all.
-        destinations: J1939 addresses to which frames are read, of groups that go to one; none reads those to all.
-        j1939: whether extended identifiers of DBC files are J1939 groups; None goes by the file.
-        angle: how the channel of the role ``speed`` counts, where it is an angle.
-        motor: what the channel of the role ``torque`` is, where it is a current.
-        commands: to parts of the circuit, by their names.
-        further: what else a sensor may use, by their names in `FURTHER`.
-        measured: position and pressures, by their names in `MEASURED`; no sensor gets them.
-        linearity: standard deviation of what the measured position's sensor reads beside a straight line [m].
-        curve: that of the measured position's sensor, where it is known.
-        linked: voltage and current of the DC link, by their names in `LINKED`, or none; their product is the power.
-        period: of the log's samples, if they are resampled [s].
-        sequence: number of the drive's frames, for an encoder; None where there is none.
-        state: channel of the drive's state word 6041h, for an encoder; None where there is none.
-    """
-
-    file: str | None = None
-    time: Timed | None = None
-    roles: Mapping[str, Mapped] = field(default_factory=dict)
-    references: tuple[Referenced, ...] = ()
-    base: str | None = None
-    sparse: bool = False
-    form: CsvForm = field(default_factory=CsvForm)
-    dbc: tuple[Path, ...] = ()
-    pdos: tuple[Pdo, ...] = ()
-    bus: int | None = None
-    angle: Counted | None = None
-    motor: Motor | None = None
-    commands: Mapping[str, Commanded] = field(default_factory=dict)
+    file: str | None = None  # where it was read, None for one made by the program
+    time: Timed | None = None  # clock of a table, or of groups
+    roles: Mapping[str, Mapped] = field(default_factory=dict)  # ``speed``, ``torque`` and ``temperature``
+    references: tuple[Referenced, ...] = ()  # none or some
+    base: str | None = None  # the role whose samples are the log's: ``speed`` or ``torque``; None takes the slower
+    sparse: bool = False  # whether an empty cell of a table is no sample, rather than a missing value
+    form: CsvForm = field(default_factory=CsvForm)  # layout of a CSV file
+    dbc: tuple[Path, ...] = ()  # files that say what CAN frames mean
+    pdos: tuple[Pdo, ...] = ()  # CANopen mappings that do
+    bus: int | None = None  # the CAN channel to read; None reads all
+    angle: Counted | None = None  # how the channel of the role ``speed`` counts, where it is an angle
+    motor: Motor | None = None  # what the channel of the role ``torque`` is, where it is a current
+    commands: Mapping[str, Commanded] = field(default_factory=dict)  # to parts of the circuit, by their names
+    # further: what else a sensor may use, by their names in `FURTHER`
     further: Mapping[str, Mapped] = field(default_factory=dict)
+    # measured: position and pressures, by their names in `MEASURED`; no sensor gets them
     measured: Mapping[str, Mapped] = field(default_factory=dict)
+    # linked: voltage and current of the DC link, by their names in `LINKED`, or none; their product is the power
     linked: Mapping[str, Mapped] = field(default_factory=dict)
-    period: float | None = None
-    linearity: float = 0.0
-    curve: SensorCurve | None = None
-    sources: tuple[int, ...] = ()
+    period: float | None = None  # of the log's samples, if they are resampled [s]
+    linearity: float = 0.0  # standard deviation of what the measured position's sensor reads beside a straight line [m]
+    curve: SensorCurve | None = None  # that of the measured position's sensor, where it is known
+    sources: tuple[int, ...] = ()  # J1939 addresses whose frames are read; none reads those of all
+    # destinations: J1939 addresses to which frames are read, of groups that go to one; none reads those to all
     destinations: tuple[int, ...] = ()
-    j1939: bool | None = None
-    sequence: Sequence | None = None
-    state: str | None = None
+    j1939: bool | None = None  # whether extended identifiers of DBC files are J1939 groups; None goes by the file
+    sequence: Sequence | None = None  # number of the drive's frames, for an encoder; None where there is none
+    state: str | None = None  # channel of the drive's state word 6041h, for an encoder; None where there is none
 
     @property
     def is_can(self) -> bool:
@@ -329,8 +264,6 @@ def to_si_of(
         unit: for example ``1/min``, ``degC``, ``percent``.
         role: a key of `SI`.
         rated: what 100 % is [SI], for a share.
-        file: where the unit stands, for the message.
-        key: its key there.
 
     Raises:
         DescriptionError: the unit is no unit of this quantity, or a share of nothing.

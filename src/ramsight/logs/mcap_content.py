@@ -30,7 +30,6 @@ class Contents:
         """What reads messages of an encoding; None where nothing that is installed does.
 
         Args:
-            encoding: of the messages, as their channel states it.
             schema: the record of their schema, None without one.
         """
         if encoding == "json":
@@ -105,10 +104,7 @@ def unpacked_chunk(data: bytes, compression: str, says: int, most: int) -> bytes
     """The bytes of a chunk.
 
     Args:
-        data: as they stand in the file.
         compression: ``zstd``, ``lz4`` or "" for none.
-        says: how many it holds, by its head.
-        most: how many may be.
 
     Raises:
         ValueError: it holds more or fewer, or is packed in another way; the libraries' own errors for what is damaged.

@@ -12,7 +12,7 @@ import numpy as np
 from ramsight.argument_kinds import by_kind
 from ramsight.arrays import Array
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
-from ramsight.logs.align import Aligner, Block, Switch
+from ramsight.logs.align import Aligner, Block, Resampler, Switch
 from ramsight.logs.can_dbc import j1939_group
 from ramsight.logs.channel_map import check_whole, known_map
 from ramsight.logs.channels import (
@@ -35,12 +35,10 @@ from ramsight.logs.clock_watch import ClockWatch, warn_of_watched
 from ramsight.logs.counter import BESIDE, Unwrapped
 from ramsight.logs.csv_table import check_columns
 from ramsight.logs.frames import EXTENDED
-from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance, inspect_command
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, standard_map, to_si_of
-from ramsight.logs.resample import Resampler
 from ramsight.logs.source import Source, TableSource
-from ramsight.logs.source_by_suffix import open_source
+from ramsight.logs.source_by_suffix import open_frames, open_source
 from ramsight.logs.source_can import CanSource
 from ramsight.signals import Dataset, Signal, Signals
 from ramsight.units import FREEZING
@@ -166,9 +164,7 @@ def measured_signals(
     position's sensor, the position is that of the piston, not what was read.
 
     Args:
-        path: the file.
         channel_map: with `measured.position`, `measured.pressure_a` or `measured.pressure_b`.
-        advance: is passed the share of the file that was read since the last call.
 
     Returns:
         Over the same ``time`` [s] as the log: ``position`` [m], ``pressure_a``, ``pressure_b`` [Pa], as far as named;
@@ -418,8 +414,6 @@ def check_temperature(kelvin: Array, file: str, channel: str) -> None:
 
     Args:
         kelvin: temperatures [K], shape (n,).
-        file: where they stand.
-        channel: what they are called there.
 
     Raises:
         LogError: half of them or more are beyond what oil can have.

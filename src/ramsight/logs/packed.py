@@ -23,7 +23,6 @@ def check_unpacked(size: int, path: str | Path) -> None:
 
     Args:
         size: what it unpacks to [bytes], by what it says of itself.
-        path: the file.
 
     Raises:
         LogError: it is more than any log of this size.
@@ -72,10 +71,6 @@ def opened(path: str | Path) -> IO[bytes]:
 
 class Unpacked:
     """The bytes of a file, some at a time; of what it holds if its name ends in ``.gz``.
-
-    Args:
-        advance: is passed how much of the file has been read.
-        size: bytes at once, at most.
 
     Attributes:
         is_cut: after the last byte, whether the gzip file broke off before its end.

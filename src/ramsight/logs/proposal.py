@@ -27,12 +27,7 @@ _LATE = 5.0  # usual distances of a channel's samples that it may be late
 
 
 def map_text(found: Inspection, folder: Path | None = None) -> str:
-    """A channel map in TOML for what was found, to be checked by a person.
-
-    Args:
-        found: by `inspect_log`.
-        folder: where the map will stand; DBC files are named from there.
-    """
+    """A channel map in TOML for what was found, to be checked by a person."""
     lines = [
         f"# Channel map for {Path(found.file).name}: check signs (positive extends the rod), units and sources.",
         "# A value is sign * (scale * number + offset), in the unit; without them scale = 1 and offset = 0.",

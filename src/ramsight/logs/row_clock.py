@@ -86,11 +86,8 @@ class RowClock:
     """When the rows of a table were.
 
     Args:
-        timed: its clock; without channel and period rows have no time.
         stamped: the first cell of each of its columns that are dates or times of day.
         said: unit of its column as the file states it, "" if it does not.
-        first: its first numbers or stamps.
-        is_stamped: whether its columns are dates or times of day.
 
     Attributes:
         numbers: columns of numbers that it is read from.
@@ -120,7 +117,6 @@ class RowClock:
         """When the next rows were [s], shape (n,); NaN where it is not known.
 
         Args:
-            rows: the next of the table.
             row: number of the first, from 0.
         """
         if rows.stamps is not None:
@@ -137,8 +133,6 @@ def whole_clock(file: str, timed: Timed, said: str, numbers: Array) -> Array:
     """Seconds for all numbers of a clock at once.
 
     Args:
-        file: for messages.
-        timed: what is stated of it.
         said: its unit as the file states it, "" if it does not.
         numbers: shape (n,).
 
@@ -152,9 +146,7 @@ def rising(file: str, time: Array, name: str) -> Array:
     """The times of a clock whose samples cannot be turned round.
 
     Args:
-        file: for messages.
         time: of the samples [s], shape (n,).
-        name: of the clock's channel.
 
     Raises:
         LogError: the newest sample is the first.

@@ -138,10 +138,6 @@ _THOUSANDS = re.compile(r"[+-]?[0-9]{1,3}(?:([,.'  ])[0-9]{3})+(?:[.,][0-9]+)?")
 def number_of(text: str, *, is_decimal_comma: bool) -> float:
     """The number in a cell.
 
-    Args:
-        text: the cell.
-        is_decimal_comma: whether a comma in it is a decimal one.
-
     Raises:
         ValueError: it is none; states what may be the matter.
 

@@ -43,11 +43,7 @@ class Offered:
 
 
 class Source(ABC):
-    """A log file of one kind.
-
-    Args:
-        advance: is passed how much of the file has been read.
-    """
+    """A log file of one kind."""
 
     has_clock_watched = False
     """Whether it warns by itself of a clock that goes back."""
@@ -105,12 +101,7 @@ class TableSource(Source):
 
     @abstractmethod
     def rows(self, numbers: Sequence[str], stamps: Sequence[str]) -> Iterator[Rows]:
-        """The rows in their order, some at a time; once.
-
-        Args:
-            numbers: columns of numbers.
-            stamps: columns that together say when a row was.
-        """
+        """The rows in their order, some at a time; once."""
 
     @abstractmethod
     def first_numbers(self, name: str) -> Array:

@@ -20,10 +20,10 @@ from ramsight.logs.can_origins import Origins
 from ramsight.logs.can_pdo import pdo_fields
 from ramsight.logs.clock_watch import ClockWatch, warn_of_watched
 from ramsight.logs.frames import EXTENDED
-from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance, check_file
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import Offered, Source
+from ramsight.logs.source_by_suffix import open_frames
 
 _AT_ONCE = 1 << 15  # frames that are wanted
 _WIDEST = 64
@@ -44,7 +44,6 @@ class CanSource(Source):
 
     Args:
         file_map: with DBC files or PDOs; None to count frames only.
-        advance: is passed how much of the file has been read.
 
     Attributes:
         seen: frames by identifier after reading, bit 31 set for an extended one, with the longest one's bytes.

@@ -24,11 +24,7 @@ _TICK, _MILLISECOND = 1e-7, 1e-3  # s
 
 
 def holds_scope(path: str | Path) -> bool:
-    """Whether a text file is an export of TwinCAT Scope.
-
-    Args:
-        path: the file, compressed with gzip if its name ends in ``.gz``.
-    """
+    """Whether a text file is an export of TwinCAT Scope."""
     first = next(iter(Unpacked(path, None, _LOOKED_AT)), b"").decode("latin-1").removeprefix("ï»¿")
     begins = [line.replace(";", "\t").replace(",", "\t").partition("\t")[0] for line in first.splitlines()]
     return begins[:1] == [_NAME] and any(mark in begins for mark in _MARKS)

@@ -16,7 +16,6 @@ def as_toml(machine: Machine, sources: Mapping[str, str]) -> Iterator[str]:
     """Lines of a description, a table a part; defaults that nobody gave are left out.
 
     Args:
-        machine: the description.
         sources: where values come from, by their dotted paths.
     """
     tables: dict[str, list[str]] = {}

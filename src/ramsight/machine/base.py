@@ -60,10 +60,6 @@ def part_class(annotation: Any) -> type[Part] | None:
 def with_models(part: Part, changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
     """Changes of which each that names a model of the catalogue stands with all the values of that model.
 
-    Args:
-        part: what is to be changed.
-        changes: as for `Part.replace`.
-
     Returns:
         Changes value by value, and where those of the catalogue come from, by dotted path.
 
@@ -159,7 +155,7 @@ class Value:
 
     path: str
     value: Any  # of a list the texts of its items
-    declared: Quantity | None
+    declared: Quantity | None  # how; None of what is no physical value
     text: str
     given: bool = True
 

@@ -19,9 +19,6 @@ def validate(model: type[P], data: Mapping[str, Any], *, file: str | None = None
     """Build a part, turning what pydantic has to say into one line.
 
     Args:
-        model: the class to build.
-        data: its values.
-        file: the file they came from.
         context: `FROM_FILE` where numbers without a unit must be rejected.
 
     Raises:

@@ -143,24 +143,12 @@ def quantity(
 
 
 def count(text: str, *, least: int, most: int) -> Quantity:
-    """Declare a whole number.
-
-    Args:
-        text: what is counted.
-        least: the smallest number allowed.
-        most: the largest number allowed.
-    """
+    """Declare a whole number."""
     return Quantity("1", text, least=str(least), most=str(most), whole=True)
 
 
 def gearing(text: str, *, above: str, most: str) -> Quantity:
-    """Declare a gear or belt ratio, which may be written as teeth over teeth.
-
-    Args:
-        text: what turns how fast over what.
-        above: lower bound that is not itself allowed.
-        most: upper bound that is allowed.
-    """
+    """Declare a gear or belt ratio, which may be written as teeth over teeth."""
     return Quantity("1", text, above=above, most=most, teeth=True)
 
 
@@ -169,9 +157,6 @@ def refuse(key: str, value: object, message: str, allowed: str | None = None) ->
 
     Args:
         key: the key to blame, relative to the model.
-        value: its value, as people read it.
-        message: what is wrong.
-        allowed: the range that would be right.
     """
     return PydanticCustomError("cross", "{text}", {"text": message, "key": key, "value": value, "allowed": allowed})
 

@@ -28,7 +28,6 @@ def machine_html(title: str, description: str, units: Mapping[str, Sized]) -> st
     """A machine as HTML: its units in a table, and the circuit of the first one.
 
     Args:
-        title: of the machine.
         description: of it, "" for none.
         units: of it, by name.
     """

@@ -14,7 +14,6 @@ from ramsight.machine import catalogue
 from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import Part, walk, with_models
 from ramsight.machine.declare import refuse
-from ramsight.machine.efficiencies import read_efficiencies
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.parts import (
     AnticavitationValve,
@@ -31,6 +30,7 @@ from ramsight.machine.parts import (
     Tank,
 )
 from ramsight.machine.placed import AnyPlaced, PlacedHose, has_volume, nodes_of
+from ramsight.machine.pump_description import read_efficiencies
 from ramsight.machine.requirement_description import Requirement
 from ramsight.machine.spread import Spread, read_spread
 from ramsight.machine.tolerances import Tolerances

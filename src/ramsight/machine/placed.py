@@ -9,8 +9,7 @@ from pydantic import Discriminator, Field, Tag
 
 from ramsight.machine.base import Part
 from ramsight.machine.declare import quantity
-from ramsight.machine.parts import AnticavitationValve, Hose, Manifold, Pump, ReliefValve, SafetyValve
-from ramsight.machine.valve_description import RatedFlow
+from ramsight.machine.parts import AnticavitationValve, Hose, Manifold, Pump, RatedFlow, ReliefValve, SafetyValve
 
 Node = Annotated[
     str, Field(description="node: tank, chamber_a, chamber_b or any name", pattern=r"^[a-z][a-z0-9_]*$", max_length=40)

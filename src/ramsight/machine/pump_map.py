@@ -14,8 +14,8 @@ from ramsight.bounded_toml import LARGEST
 from ramsight.errors import DescriptionError
 from ramsight.machine.catalogue import own_folder
 from ramsight.machine.declare import declaration
-from ramsight.machine.efficiencies import COLUMNS
 from ramsight.machine.parts import Oil, Pump
+from ramsight.machine.pump_description import COLUMNS
 from ramsight.machine.viscosity import MM2, viscosity_of
 from ramsight.units import to_si
 
@@ -67,7 +67,7 @@ def _is_within(path: Path, folder: Path) -> bool:
 
 
 def read_map(path: Path, displacement: float, viscosity: Callable[[float], float]) -> str:
-    """The table of a pump's file, as text with the columns of `efficiencies.COLUMNS`.
+    """The table of a pump's file, as text with the columns of `pump_description.COLUMNS`.
 
     Flow is that at the outlet, torque that at the shaft, of all chambers and blocks, in pump operation.
 

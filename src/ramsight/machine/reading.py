@@ -148,8 +148,6 @@ def _validated(plain: Mapping[str, Any], file: str, wrong: Mapping[str, Ramsight
     """The machine, or all that is wrong with it at once.
 
     Args:
-        plain: values, with those of the catalogue.
-        file: where they stand.
         wrong: what was found before, by its path; what is wrong below such a path follows from it.
     """
     try:

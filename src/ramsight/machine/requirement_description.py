@@ -39,7 +39,6 @@ class Requirement(Part):
         description states of both itself holds.
 
         Args:
-            assumed: as described.
             stroke: of the cylinder [m].
 
         Example:

@@ -24,20 +24,16 @@ _VALUE = re.compile(r"\s*[-+.0-9][^±]*±[^±]*")
 class Spread:
     """How a value is spread, in SI.
 
-    Args:
-        centre: the value itself; of a log-normal one the median.
-        half: the tolerance: half the width of what is uniform or triangular, two standard deviations of what is normal,
-            what two standard deviations upwards make of a log-normal value.
-        distribution: one of `DISTRIBUTIONS`.
-        least, most: what physics allows; no value beyond is drawn.
-
     Raises:
         DescriptionError: the tolerance has no meaning.
     """
 
-    centre: float
+    centre: float  # the value itself; of a log-normal one the median
+    # half: the tolerance: half the width of what is uniform or triangular, two standard deviations of what is normal,
+    # what two standard deviations upwards make of a log-normal value
     half: float
-    distribution: str = "uniform"
+    distribution: str = "uniform"  # one of `DISTRIBUTIONS`
+    # least, most: what physics allows; no value beyond is drawn
     least: float = -math.inf
     most: float = math.inf
 
@@ -93,7 +89,6 @@ def read_spread(text: Any, declared: Quantity, centre: float | None) -> Spread:
     Args:
         text: ``"± 0.02"``, ``"± 5 %"`` (of the value, unless the value itself is a share), perhaps with a value before
             it and a distribution behind it; without one the limits are all that is known, and it is uniform.
-        declared: of the value.
         centre: the value [SI]; None if the text has to have it.
 
     Raises:

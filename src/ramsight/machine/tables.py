@@ -43,11 +43,7 @@ def catalogue_list() -> Table:
 
 
 def rows_of(rows: Iterable[tuple[str, ...]]) -> Table:
-    """A table without headings, of which the last column alone wraps.
-
-    Args:
-        rows: cells of each.
-    """
+    """A table without headings, of which the last column alone wraps."""
     table, cells = Table(box=None, pad_edge=False, show_header=False), [*rows]
     for number in range(len(cells[0])):
         table.add_column(no_wrap=number < len(cells[0]) - 1)

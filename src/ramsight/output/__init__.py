@@ -6,12 +6,20 @@ belong together. `Exclusive` keeps other programs from a file.
 `flush_folder` makes what was moved or removed last through a power loss.
 """
 
-from ramsight.output.atomic import FIGURE_FILES, atomic_path, check_figure, check_target, flush_folder, write_text
+from ramsight.output.atomic import (
+    FIGURE_FILES,
+    atomic_path,
+    check_figure,
+    check_folder,
+    check_target,
+    flush_folder,
+    whole_folder,
+    write_text,
+)
 from ramsight.output.cells import DECIMALS, Coded
 from ramsight.output.command_files import check_apart, check_state
 from ramsight.output.dataset import DATASET_FILES, DATASETS, column_name, open_dataset, write_dataset
 from ramsight.output.exclusive import Exclusive, HeldError
-from ramsight.output.folder import check_folder, whole_folder
 from ramsight.output.table_file import TABLE_FILES, TABLES, check_installed, check_table, open_table, write_table
 
 __all__ = [

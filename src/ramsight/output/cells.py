@@ -27,15 +27,10 @@ _EXACT = 2.0**53
 
 @dataclass(frozen=True)
 class Coded:
-    """A column of words, each written as a whole number.
+    """A column of words, each written as a whole number."""
 
-    Args:
-        codes: whole numbers, shape (n,).
-        words: what each of them means.
-    """
-
-    codes: NDArray[np.integer[Any]]
-    words: Mapping[int, str]
+    codes: NDArray[np.integer[Any]]  # whole numbers, shape (n,)
+    words: Mapping[int, str]  # what each of them means
 
     def __len__(self) -> int:
         return len(self.codes)
@@ -54,7 +49,6 @@ def rows_text(columns: Sequence[tuple[str, Column]], formats: Mapping[str, str])
     r"""Rows of a CSV file as UTF-8 text.
 
     Args:
-        columns: name and values of each, all of one length.
         formats: for columns of floats, a format such as ``"%.12g"`` in the place of the decimals.
 
     Example:

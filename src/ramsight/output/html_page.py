@@ -36,13 +36,7 @@ figcaption { color: var(--soft); font-size: .9rem; max-width: 46rem; }
 
 
 def page(title: str, parts: Iterable[str], style: str = "") -> str:
-    """A whole page.
-
-    Args:
-        title: of the page, as text.
-        parts: of its body, as HTML.
-        style: further rules of its style sheet.
-    """
+    """A whole page."""
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -57,8 +51,6 @@ def table(caption: str, head: Iterable[str], rows: Iterable[str], kind: str = ""
 
     Args:
         caption: above it, as text; "" for none.
-        head: headings, as text.
-        rows: ``<tr>`` elements.
         kind: its class: ``numbers`` sets all but the first column to the right.
     """
     top = "".join(f"<th>{escape(cell)}</th>" for cell in head)

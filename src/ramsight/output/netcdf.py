@@ -19,9 +19,6 @@ class ForgivingFile(io.RawIOBase):
     """A file for reading and writing that keeps what cannot be written in memory, and the error for `check`.
 
     HDF5 does not survive an error of a full disk, so the error is raised later.
-
-    Args:
-        path: the file; an old one is replaced.
     """
 
     def __init__(self, path: Path) -> None:
@@ -180,11 +177,6 @@ class NetcdfPieces:
 
 def write_netcdf(dataset: Dataset, path: Path, encoding: Mapping[str, Mapping[str, Any]]) -> None:
     """A whole `Dataset` as xarray writes it.
-
-    Args:
-        dataset: what to write.
-        path: the file.
-        encoding: how variables are packed.
 
     Raises:
         OSError: it cannot be written.

@@ -17,14 +17,7 @@ _CELL = "text-align:left;padding:2px 10px 2px 0"
 
 
 def card(title: str, rows: Iterable[tuple[str, str]], picture: str = "", rest: str = "") -> str:
-    """A heading, rows of names and values, and a picture beside them.
-
-    Args:
-        title: as text.
-        rows: as text.
-        picture: HTML or SVG.
-        rest: HTML below it.
-    """
+    """A heading, rows of names and values, and a picture beside them."""
     cells = "".join(
         f'<tr><th style="{_CELL};font-weight:normal;opacity:.7">{escape(name)}</th>'
         f'<td style="{_CELL}">{escape(value)}</td></tr>'
@@ -44,7 +37,6 @@ def curves(time: Array, series: Mapping[str, Array], unit: str) -> str:
     Args:
         time: [s], shape (samples,).
         series: by their names, each of shape (samples,).
-        unit: of the values, as text.
     """
     timed = np.isfinite(time)  # a log may lack times, and its clock may go back
     time, series = time[timed], {name: values[timed] for name, values in series.items()}

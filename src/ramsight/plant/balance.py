@@ -56,15 +56,12 @@ class Solution:
     """A solved step.
 
     Attributes:
-        z: states after it.
-        torque: at the motor [N m].
-        stands: whether friction, or a load that only resists, keeps the piston where it is.
         balance: what was solved, for derivatives.
     """
 
-    z: Vector
-    torque: Scalar
-    stands: Flag
+    z: Vector  # states after it
+    torque: Scalar  # at the motor [N m]
+    stands: Flag  # whether friction, or a load that only resists, keeps the piston where it is
     _factors: Vector
     _torque_by_z: Vector
     _rate_by_load: Vector
@@ -286,7 +283,6 @@ class Balance:
         """The parameters with what changes among them.
 
         Args:
-            p: the parameters.
             temperature: of the oil [K].
             commands: to parts, by their names.
             warming: rate of the oil's temperature [K/s]; used where the oil expands.
@@ -347,8 +343,6 @@ class Balance:
         A relief valve that was open in the last one may have let it through the whole cylinder, and more.
 
         Args:
-            z: the states.
-            z0: those before the step.
             mean_speed: of the motor [rad/s].
             h: the step [s].
             gives: what the oil gives at most in it [m]; by default what it may ever give.
@@ -409,7 +403,6 @@ class Balance:
         """Solve one step.
 
         Args:
-            z0: states before it.
             mean_speed: of the motor during the step [rad/s]; its angle over h.
             speed: at the step's end [rad/s], for the torque.
             acceleration: at the step's end [rad/s2], for the torque.
@@ -417,8 +410,6 @@ class Balance:
             p: the circuit's parameters, from `parameters_at`.
             h: the step [s].
             factors: in the order of `FACTORS` [1].
-            held: whether the piston is held where it is.
-            guess: of the states after it; those before it, if none.
             iterations: how many, two at least with `more`.
             more: how many more where the last but one was still far from any end.
             settles: whether it is so long that all settles: leakage goes by the pressures after it alone then.
@@ -478,8 +469,6 @@ class _Step:
         """The solution after its last iteration, with what its derivatives need.
 
         Args:
-            last: that iteration.
-            before: states that it began with.
             speed: of the motor at the step's end [rad/s].
             acceleration: of it there [rad/s2].
         """

@@ -54,18 +54,13 @@ class Part(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Audited:
-    """What a circuit's balances are made of.
+    """What a circuit's balances are made of."""
 
-    Attributes:
-        nodes: that are volumes.
-        losses, works: names of the energies that leave through losses and as work.
-        tank_flows: names of flows from the tank.
-    """
-
-    nodes: tuple[str, ...]
+    nodes: tuple[str, ...]  # that are volumes
+    # losses, works: names of the energies that leave through losses and as work
     losses: tuple[str, ...]
     works: tuple[str, ...]
-    tank_flows: tuple[str, ...]
+    tank_flows: tuple[str, ...]  # names of flows from the tank
 
     @property
     def names(self) -> Audited:
@@ -197,9 +192,6 @@ class Circuit:
         """Add a volume flow from one node to another.
 
         Args:
-            name: of the part.
-            source: node that it leaves.
-            target: node that it comes to.
             flow: that leaves the source [m3/s].
             arriving: volume flow that comes to the target, where its density is another one [m3/s]; the same without.
         """
@@ -367,8 +359,6 @@ def parameter_values(model: CircuitModel, oil: Oil, tank_pressure: float, parts:
     """Values of a model's parameters for other parts of the same circuit, without a new equation.
 
     Args:
-        model: of the circuit.
-        oil: the other oil.
         tank_pressure: absolute [Pa].
         parts: the other parts; their names and options are those of the model's.
 
@@ -396,11 +386,7 @@ def join(name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, au
     """Join parts at their nodes into one equation.
 
     Args:
-        name: for messages.
-        oil: the oil in it.
         tank_pressure: absolute [Pa].
-        parts: the parts.
-        audited: carry energy and volume integrals.
     """
     circuit = Circuit(oil, tank_pressure)
     for part in parts:

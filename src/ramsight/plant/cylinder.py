@@ -139,7 +139,6 @@ class Cylinder:
         """Add chambers, friction and end stops, whatever it is that the rods move.
 
         Args:
-            circuit: that the chambers belong to.
             position: of the rods [m].
             velocity: [m/s].
 

@@ -69,7 +69,6 @@ def build_ddh(name: str, unit: Unit) -> DdhUnit:
     """The parts of a described unit.
 
     Args:
-        name: of the unit.
         unit: its description, of the circuit "ddh".
 
     Raises:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from ramsight.machine import parts as description
 from ramsight.machine import placed
 from ramsight.machine.description import Unit
-from ramsight.machine.efficiencies import read_efficiencies
 from ramsight.machine.parts import Heat
+from ramsight.machine.pump_description import read_efficiencies
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.drive import Drive, IdealDrive, ServoDrive, Supply

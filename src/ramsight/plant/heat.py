@@ -30,22 +30,15 @@ _INTO_CASE = (".leakage", ".friction")
 class HeatStores:
     """Capacities, and conductances between them and to the air.
 
-    Args:
-        case: heat capacity of the pumps' cases with the oil in them [J/K]; 8 kg of iron and 0.3 l.
-        tank: of the tank with its oil [J/K]; 20 l and 10 kg of steel.
-        case_to_tank: conductance by the oil that passes the pumps [W/K]; 0.2 l/s carry it away.
-        case_to_air: [W/K]; 0.3 m2 at 10 W/m2/K.
-        tank_to_air: [W/K]; 1 m2 at 15 W/m2/K.
-
     Source: capacities from masses, 460 J/kg/K of steel and 1.9 kJ/kg/K of oil; heat transfer of still air to walls, 8
     to 15 W/m2/K, the usual range of textbooks; 1.66 kJ/K of a litre of oil.
     """
 
-    case: float = 4.2e3
-    tank: float = TANK
-    case_to_tank: float = 300.0
-    case_to_air: float = CASE_TO_AIR
-    tank_to_air: float = TANK_TO_AIR
+    case: float = 4.2e3  # heat capacity of the pumps' cases with the oil in them [J/K]; 8 kg of iron and 0.3 l
+    tank: float = TANK  # of the tank with its oil [J/K]; 20 l and 10 kg of steel
+    case_to_tank: float = 300.0  # conductance by the oil that passes the pumps [W/K]; 0.2 l/s carry it away
+    case_to_air: float = CASE_TO_AIR  # [W/K]; 0.3 m2 at 10 W/m2/K
+    tank_to_air: float = TANK_TO_AIR  # [W/K]; 1 m2 at 15 W/m2/K
 
     def temperatures(self, time: Array, into_case: Array, into_tank: Array, first: float, ambient: float) -> Array:
         """Temperatures of case and tank [K], shape (times, 2).

@@ -88,9 +88,6 @@ class Leaving:
     Whatever lets it out counts, but for relief valves that have opened: the circuit's own equation states how fast the
     side would lose its pressure. Beyond a relief valve's setting the flow is taken to grow in proportion.
 
-    Args:
-        side: "a" or "b".
-
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.build import build

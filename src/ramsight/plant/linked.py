@@ -21,8 +21,8 @@ from ramsight.machine.description import Machine
 from ramsight.plant.build import build
 from ramsight.plant.circuit import Audited, Circuit, Closed
 from ramsight.plant.cylinder import Cylinder
+from ramsight.plant.linkage.dynamics import WORKS, Moving, moving
 from ramsight.plant.linkage.mechanism import Mechanism, build_mechanism
-from ramsight.plant.linkage.motion import WORKS, Moving, moving
 from ramsight.plant.linkage.survey import holding_forces, joints
 from ramsight.plant.symbols import Parameters
 from ramsight.plant.unit import HydraulicUnit, rest_pressures
@@ -30,17 +30,11 @@ from ramsight.plant.unit import HydraulicUnit, rest_pressures
 
 @dataclass(frozen=True)
 class LinkedMachine:
-    """Units and the mechanism that they move.
+    """Units and the mechanism that they move."""
 
-    Attributes:
-        name: of the machine.
-        units: those that move the mechanism, in the order of its cylinders.
-        mechanism: what they move.
-    """
-
-    name: str
-    units: tuple[HydraulicUnit, ...]
-    mechanism: Mechanism
+    name: str  # of the machine
+    units: tuple[HydraulicUnit, ...]  # those that move the mechanism, in the order of its cylinders
+    mechanism: Mechanism  # what they move
 
     def unit(self, name: str) -> HydraulicUnit:
         """One of the units."""
@@ -49,17 +43,12 @@ class LinkedMachine:
 
 @dataclass(frozen=True)
 class LinkedModel:
-    """A linked machine as an equation.
+    """A linked machine as an equation."""
 
-    Attributes:
-        ode: the equation; its inputs are each unit's `motor_speed`, the payload [kg] and the force on the tip [N].
-        values: the parameters' values; `UNIT.oil_temperature` are among them.
-        audit_terms: what the audit needs, by unit; names are without the unit's.
-    """
-
+    # ode: the equation; its inputs are each unit's `motor_speed`, the payload [kg] and the force on the tip [N]
     ode: OdeModel
-    values: Array
-    audit_terms: dict[str, Audited]
+    values: Array  # the parameters' values; `UNIT.oil_temperature` are among them
+    audit_terms: dict[str, Audited]  # what the audit needs, by unit; names are without the unit's
 
 
 def build_linked(machine: Machine) -> LinkedMachine:
@@ -83,12 +72,7 @@ def build_linked(machine: Machine) -> LinkedMachine:
 
 
 def linked_model(machine: LinkedMachine, *, audited: bool = False) -> LinkedModel:
-    """The machine as an equation.
-
-    Args:
-        machine: the machine.
-        audited: carry the integrals of the energy and volume audit.
-    """
+    """The machine as an equation."""
     parameters = Parameters()
     mechanism = moving(machine.mechanism, parameters)
     found = mechanism.equations
@@ -171,8 +155,6 @@ def start_state(
     """States of the machine at rest: each unit's held chamber carries what the mechanism puts on it.
 
     Args:
-        machine: the machine.
-        model: its equation.
         positions: of the cylinders, by unit [m].
         payload: [kg].
         tip_force: on the tip, forward and up [N].

@@ -25,9 +25,7 @@ def interpolate(x: Real, knots: Sequence[float], values: Sequence[Real], *, beyo
     """Piecewise-linear interpolation on numbers or symbols.
 
     Args:
-        x: where.
         knots: increasing, two or more, or one for a constant.
-        values: at the knots.
         beyond: go on in a straight line above the last knot; else hold the last value. Below the first it is held.
 
     Example:

@@ -60,7 +60,6 @@ class PilotCheckValve:
             inlet: absolute pressure [Pa].
             outlet: absolute pressure [Pa].
             pilot: absolute pressure [Pa].
-            coefficient: what a circuit makes of a law's coefficient.
         """
         difference, opening = inlet - outlet, self.opening(inlet, outlet, pilot)
         spring = (1.0 - opening) * self.cracking_pressure  # the pilot takes the spring's part

@@ -169,7 +169,6 @@ class Pump:
         Args:
             speed: of the pump [rad/s].
             leakage: [m3/s].
-            volumes: specific volumes at inlet and outlet, in any unit.
         """
         if self.compressed is None:
             flow = self.displacement * speed - leakage

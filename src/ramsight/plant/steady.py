@@ -17,56 +17,32 @@ _ROUNDS = 60  # of the fixed point between velocity and viscous friction, which 
 
 @dataclass(frozen=True)
 class Derived:
-    """What follows from a unit's description. All in SI.
+    """What follows from a unit's description. All in SI."""
 
-    Attributes:
-        area_a: piston area, all cylinders [m2].
-        area_b: annulus area on the rod side, all cylinders [m2].
-        area_ratio: area_b over area_a [1].
-        geared_displacement_a: volume that the pumps move into side A per motor radian [m3/rad].
-        geared_displacement_b: volume that they move out of side B per motor radian [m3/rad].
-        geared_flow_ratio: geared_displacement_b over geared_displacement_a [1].
-        mismatch: geared_flow_ratio over area_ratio, less one [1]; positive if pump B moves too much oil.
-        travel_a: travel per motor radian that side A's flow gives without leakage [m/rad].
-        travel_b: the same of side B's [m/rad].
-        relief_pressure: at which the load's side is relieved, absolute [Pa]; infinite without a relief valve.
-        load_at_relief: load that the relief pressure balances, tank pressure on the other side [N].
-        load_at_relief_after_friction: that, less the breakaway friction [N].
-    """
-
-    area_a: float
-    area_b: float
-    area_ratio: float
-    geared_displacement_a: float
-    geared_displacement_b: float
-    geared_flow_ratio: float
-    mismatch: float
-    travel_a: float
-    travel_b: float
-    relief_pressure: float
-    load_at_relief: float
-    load_at_relief_after_friction: float
+    area_a: float  # piston area, all cylinders [m2]
+    area_b: float  # annulus area on the rod side, all cylinders [m2]
+    area_ratio: float  # area_b over area_a [1]
+    geared_displacement_a: float  # volume that the pumps move into side A per motor radian [m3/rad]
+    geared_displacement_b: float  # volume that they move out of side B per motor radian [m3/rad]
+    geared_flow_ratio: float  # geared_displacement_b over geared_displacement_a [1]
+    mismatch: float  # geared_flow_ratio over area_ratio, less one [1]; positive if pump B moves too much oil
+    travel_a: float  # travel per motor radian that side A's flow gives without leakage [m/rad]
+    travel_b: float  # the same of side B's [m/rad]
+    relief_pressure: float  # at which the load's side is relieved, absolute [Pa]; infinite without a relief valve
+    load_at_relief: float  # load that the relief pressure balances, tank pressure on the other side [N]
+    load_at_relief_after_friction: float  # that, less the breakaway friction [N]
 
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Steady lifting and lowering of one load at one motor speed. All in SI; torques signed as the motor's.
+    """Steady lifting and lowering of one load at one motor speed. All in SI; torques signed as the motor's."""
 
-    Attributes:
-        pressure_lift: pressure of the load-holding chamber while lifting [Pa].
-        pressure_lower: the same while lowering [Pa].
-        torque_lift: motor torque while lifting [N m].
-        torque_lower: motor torque while lowering [N m]; of lifting's sign while the load drives the motor.
-        travel_lift: travel per motor radian while lifting, a magnitude [m/rad].
-        travel_lower: the same while lowering [m/rad].
-    """
-
-    pressure_lift: float
-    pressure_lower: float
-    torque_lift: float
-    torque_lower: float
-    travel_lift: float
-    travel_lower: float
+    pressure_lift: float  # pressure of the load-holding chamber while lifting [Pa]
+    pressure_lower: float  # the same while lowering [Pa]
+    torque_lift: float  # motor torque while lifting [N m]
+    torque_lower: float  # motor torque while lowering [N m]; of lifting's sign while the load drives the motor
+    travel_lift: float  # travel per motor radian while lifting, a magnitude [m/rad]
+    travel_lower: float  # the same while lowering [m/rad]
 
 
 def derive(unit: HydraulicUnit) -> Derived:

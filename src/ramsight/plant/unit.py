@@ -26,32 +26,23 @@ from ramsight.units import format_si
 
 @dataclass(frozen=True, kw_only=True)
 class HydraulicUnit(ABC):
-    """A unit built from its description: its parts, and what is common to them.
+    """A unit built from its description: its parts, and what is common to them."""
 
-    Attributes:
-        name: of the unit.
-        tank_pressure: absolute; of a closed circuit, the pressure that it is charged to at rest [Pa].
-        lift_sign: +1 if extension lifts the load, -1 if retraction does.
-        max_speed: highest motor speed [rad/s].
-        extra: further parts, for example your own, added with `dataclasses.replace`.
-        assumptions: what a sensor assumes of it; no law uses them.
-        lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
-        heat: what the heat of its losses is kept in; None where that is not described.
-        requirement: what its position has to achieve; None where that is not described.
-    """
-
-    name: str
+    name: str  # of the unit
     oil: Oil
-    tank_pressure: float
+    tank_pressure: float  # absolute; of a closed circuit, the pressure that it is charged to at rest [Pa]
     drive: Drive
     cylinder: Cylinder
-    lift_sign: float
-    max_speed: float
-    extra: tuple[Part, ...] = ()
+    lift_sign: float  # +1 if extension lifts the load, -1 if retraction does
+    max_speed: float  # highest motor speed [rad/s]
+    extra: tuple[Part, ...] = ()  # further parts, for example your own, added with `dataclasses.replace`
     # Not in the text: tables made from simulated runs are kept by it, and know no assumptions.
-    assumptions: Assumptions = field(default=Assumptions(), repr=False)
+    assumptions: Assumptions = field(default=Assumptions(), repr=False)  # what a sensor assumes of it; no law uses them
+    # lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing
     lever: Lever | None = field(default=None, repr=False)
+    # heat: what the heat of its losses is kept in; None where that is not described
     heat: HeatStores | None = field(default=None, repr=False)
+    # requirement: what its position has to achieve; None where that is not described
     requirement: Requirement | None = field(default=None, repr=False)
 
     @property
@@ -98,8 +89,6 @@ def reach(parts: Sequence[Part], start: str, through: str) -> frozenset[str]:
     """Nodes that are joined to a node through parts; the tank joins nothing.
 
     Args:
-        parts: the parts of a circuit.
-        start: the node.
         through: attribute that names the nodes that a part joins, or groups of them: "joins" for those with one
             pressure at rest, "passage" for those between which oil passes in normal work.
     """
@@ -137,12 +126,7 @@ def pumped_into(unit: HydraulicUnit, side: str) -> float:
 
 
 def circuit(unit: HydraulicUnit, *, audited: bool = False) -> CircuitModel:
-    """The unit as an equation.
-
-    Args:
-        unit: the unit.
-        audited: carry the integrals of the energy and volume audit.
-    """
+    """The unit as an equation."""
     return join(unit.name, unit.oil, unit.tank_pressure, unit.parts(), audited=audited)
 
 
@@ -154,8 +138,6 @@ def initial_state(
     Friction is not strained; a negative load is carried by the other chamber.
 
     Args:
-        unit: the unit.
-        model: its equation.
         position: [m].
         load: [N].
         motor_speed: of a servo drive [rad/s].

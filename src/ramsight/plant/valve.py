@@ -40,7 +40,6 @@ def seeping(circuit: Circuit, flow: Real, leak: Real | None, pressure_difference
     """A valve's flow with what passes its closed seat or spool, a laminar gap [m3/s]: Q + k dp / nu.
 
     Args:
-        circuit: whose oil it is.
         flow: Q, of the valve itself [m3/s].
         leak: k, flow per pressure difference times viscosity [m3/s/Pa m2/s]; None for a tight one.
         pressure_difference: [Pa].

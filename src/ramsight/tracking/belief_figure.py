@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.arrays import Array
-from ramsight.hindsight.forward import gone_through, silent
 from ramsight.hindsight.positions import probabilities
+from ramsight.hindsight.smoother import gone_through, silent
 from ramsight.hindsight.trace import Tracer
 from ramsight.logs.channel_map import AnyMap
 from ramsight.logs.opening import open_signals
@@ -65,8 +65,6 @@ def instants(tracer: Tracer, pieces: Iterable[Signals], start: float | None, std
     """What a sensor knows before and after the first measurements of the place in a log, and at its end.
 
     Args:
-        tracer: the sensor of the log's machine.
-        pieces: of the log, in order.
         start: of the piston [m]; None if unknown.
         std: its standard deviation [m].
     """
@@ -124,14 +122,8 @@ def tracked_belief(
     """Draw what a sensor knew at some instants of a log into a file.
 
     Args:
-        unit: that the drive turns.
-        log: the file.
-        channel_map: of it.
         start: of the piston, None if unknown, and its standard deviation [m].
         true: with `position` [m], or None.
-        title: above the picture.
-        path: .png, .svg or .pdf.
-        look: its width and style.
     """
     tracer = Tracer.of(unit)
     found = instants(tracer, open_signals(log, channel_map), *start)
@@ -143,11 +135,7 @@ def draw_belief(found: list[Instant], tracer: Tracer, true: Samples | None, titl
     """The picture of `tracked_belief`: a cylinder an instant, and on it the probability of the piston's place.
 
     Args:
-        found: the instants.
-        tracer: the sensor of the log's machine.
         true: with `position` [m], or None.
-        title: above the picture.
-        look: its width and style.
     """
     with needing("figures"):
         from matplotlib.figure import Figure

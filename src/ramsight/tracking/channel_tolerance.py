@@ -197,12 +197,7 @@ class DerivedTolerance:
 
 
 def derive(channels: Channels, asked: Asked) -> DerivedTolerance:
-    """The tolerance between two sensors.
-
-    Args:
-        channels: both, over a log.
-        asked: what they are to achieve.
-    """
+    """The tolerance between two sensors."""
     stroke, drift, within = channels.stroke, asked.drift, asked.within
 
     def quiet(tolerance: float) -> bool:

@@ -84,8 +84,6 @@ def compare(
     """One sample of both, and the verdict as a number.
 
     Args:
-        state: before it.
-        sample: by the names of the comparison's inputs.
         settings: of the comparison, by their names.
     """
     time, position, other = sample["time"], sample["position"], sample["other"]
@@ -145,12 +143,6 @@ def comparison_graph() -> Recursion:
 class Comparison:
     """Compares sample by sample.
 
-    Args:
-        stroke: of the cylinder [m].
-        fastest: velocity of the piston at the highest motor speed [m/s].
-        tolerance: of the other sensor, by its data sheet and mounting [m].
-        time_to_alert: for which they have to be apart [s].
-
     Example:
         >>> pair = Comparison(stroke=0.5, fastest=0.2, tolerance=1e-3)
         >>> pair.step(0.0, 0.100, 0.005, 0, 0.101), pair.step(1.0, 0.100, 0.005, 0, 0.110)
@@ -159,10 +151,10 @@ class Comparison:
         <Verdict.APART: 2>
     """
 
-    stroke: float
-    fastest: float
-    tolerance: float
-    time_to_alert: float = TIME_TO_ALERT
+    stroke: float  # of the cylinder [m]
+    fastest: float  # velocity of the piston at the highest motor speed [m/s]
+    tolerance: float  # of the other sensor, by its data sheet and mounting [m]
+    time_to_alert: float = TIME_TO_ALERT  # for which they have to be apart [s]
     _kept: Array = field(default_factory=lambda: initial_values(ComparisonState()), init=False, repr=False)
 
     @classmethod
@@ -197,19 +189,12 @@ def verdicts(
 
 @dataclass(frozen=True)
 class Drift:
-    """How a sensor's difference from another changes.
+    """How a sensor's difference from another changes."""
 
-    Attributes:
-        offset: at the beginning [m].
-        rate: [m/s].
-        rate_std: its standard deviation [m/s]; NaN from fewer than three stretches.
-        stretches: of time that it was made of.
-    """
-
-    offset: float
-    rate: float
-    rate_std: float
-    stretches: int
+    offset: float  # at the beginning [m]
+    rate: float  # [m/s]
+    rate_std: float  # its standard deviation [m/s]; NaN from fewer than three stretches
+    stretches: int  # of time that it was made of
 
 
 def drift_of(time: Array, difference: Array, std: Array, stretch: float = 60.0) -> Drift:

@@ -57,8 +57,6 @@ def credible_truth(truth: Signals, unit: HydraulicUnit, file: str) -> Signals:
 
     Args:
         truth: `position` [m] over `time` [s].
-        unit: whose piston it is.
-        file: for the warning.
     """
     time, position = truth["time"].values, truth["position"].values
     good = possible_positions(time, position, unit)
@@ -77,8 +75,6 @@ def credible_run(log: Dataset, measured: Dataset, unit: HydraulicUnit, file: str
     Args:
         log: of the drive, over `time` [s].
         measured: `position` [m] and maybe `pressure_a`, `pressure_b` [Pa] over the same time.
-        unit: whose they are.
-        file: for the warning.
     """
     time, position = log["time"].values, measured["position"].values
     bad = {"position": ~possible_positions(time, position, unit) & np.isfinite(position)}
@@ -115,7 +111,6 @@ def possible_positions(time: Array, position: Array, unit: HydraulicUnit) -> Boo
     Args:
         time: [s], increasing.
         position: [m]; not-a-number is not possible.
-        unit: whose piston it is.
     """
     stroke = float(unit.cylinder.stroke)
     fastest, step, margin = _fastest(unit), _STEP * stroke, OUTSIDE * stroke
@@ -150,7 +145,6 @@ def frozen_positions(log: Dataset, position: Array, unit: HydraulicUnit) -> Bool
     Args:
         log: motor_speed [rad/s] and motor_torque [N m] over `time` [s].
         position: [m], over the same time.
-        unit: whose piston it is.
     """
     time, limits = log["time"].values, limits_of(unit)
     one_way = any(is_command(str(name)) for name in log.data_vars)
@@ -173,7 +167,6 @@ def possible_pressures(time: Array, pressure: Array, unit: HydraulicUnit) -> Boo
     Args:
         time: [s].
         pressure: absolute [Pa].
-        unit: whose it is.
     """
     highest = limits_of(unit).pressure
     period = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
@@ -211,9 +204,6 @@ def known_position(
 
     Args:
         truth: a file, or `position` [m] over `time` [s]; None: what the log holds itself, if its map names it.
-        log: a file; anything else holds no true position.
-        channel_map: of the log.
-        unit: whose piston it is.
 
     Returns:
         `position` [m] over `time` [s], without samples where this piston cannot be, which a warning names; None if
@@ -237,10 +227,6 @@ def known_position(
 
 def truth_in(log: object, channel_map: ChannelMap | str | Path | None) -> Signals | None:
     """The true position that a log holds itself, where its map names one under `measured`.
-
-    Args:
-        log: a file; what is none holds none.
-        channel_map: of the file.
 
     Returns:
         `position` [m] over the log's `time` [s], where there is a number; None if the map names none.

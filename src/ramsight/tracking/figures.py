@@ -121,12 +121,7 @@ def tracked_figure(
     """Draw a tracked log: position with the truth if there is one, the error, and what the drive reported.
 
     Args:
-        log: the drive log.
-        tracked: the track.
         truth: with `position` [m], or None.
-        title: above the picture.
-        path: .png, .svg or .pdf.
-        look: its width and style.
     """
     with look.context():
         save(draw_track(log, tracked, truth, title, look), path)
@@ -139,8 +134,6 @@ def draw_track(log: Samples, tracked: Samples, truth: Samples | None, title: str
         log: with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K].
         tracked: with position, position_std [m] and status, and the ends of its band if the sensor states them.
         truth: with `position` [m], or None.
-        title: above the picture.
-        look: its width and style.
     """
     with needing("figures"):
         from matplotlib.figure import Figure
@@ -198,12 +191,7 @@ def draw_unexpected(axes: Any, time: Any, position: Any, nis: Any) -> None:
 
 
 def half_band(tracked: Samples, before: str = "") -> Any:
-    """Half of the 95 % band's width [m]: by its ends where the sensor states them, else by its standard deviation.
-
-    Args:
-        tracked: the track.
-        before: what stands before the names of the band's ends.
-    """
+    """Half of the 95 % band's width [m]: by its ends where the sensor states them, else by its standard deviation."""
     if f"{before}{LOWEST}" in tracked:
         return 0.5 * (tracked[f"{before}{HIGHEST}"].values - tracked[f"{before}{LOWEST}"].values)
     return TWO_SIDED_95 * tracked["position_std"].values
@@ -213,7 +201,6 @@ def draw_band(axes: Any, time: Any, band: Any, error: Any, live: Any = None) -> 
     """Draw half of the 95 % band [mm] on a logarithmic scale, with the error's magnitude and the live band if known.
 
     Args:
-        axes: on which.
         time: of the samples [s].
         band: half of its width [mm].
         error: of the position [mm]; None if unknown.
@@ -247,8 +234,6 @@ def draw_run(run: Samples, title: str, look: Look = SCREEN) -> Figure:
 
     Args:
         run: a Dataset as `ramsight.duty.simulate` returns it.
-        title: above the picture.
-        look: its width and style.
     """
     with needing("figures"):
         from matplotlib.figure import Figure

@@ -76,12 +76,7 @@ class Mistake:
 
 
 class Explanations:
-    """Readings of a log's columns, collected side by side, piece by piece.
-
-    Args:
-        unit: the machine as it is described.
-        speed_unit: in which the speed was read.
-    """
+    """Readings of a log's columns, collected side by side, piece by piece."""
 
     def __init__(self, unit: HydraulicUnit, speed_unit: str = "rpm") -> None:
         self._unit = unit
@@ -155,7 +150,6 @@ def evidence(pressed: Pressed, gain: float = 1.0) -> float:
     """How much likelier a reading is as one of this machine than as arbitrary numbers; a natural logarithm.
 
     Args:
-        pressed: what was found by that reading.
         gain: by which the torque was reported too large [1]; what leaks from end to end is not known then.
     """
     return (
@@ -301,9 +295,6 @@ WORTH = math.log(0.05)
 def log_mean(scores: Sequence[float]) -> float:
     """Logarithm of the mean of what has these logarithms.
 
-    Args:
-        scores: natural logarithms.
-
     Example:
         >>> round(math.exp(log_mean([math.log(1.0), math.log(3.0)])), 12)
         2.0
@@ -314,9 +305,6 @@ def log_mean(scores: Sequence[float]) -> float:
 
 def probabilities(scores: Sequence[float]) -> list[float]:
     """Probability of each explanation among all of them.
-
-    Args:
-        scores: natural logarithms of prior times likelihood, up to a common constant.
 
     Example:
         >>> [round(one, 3) for one in probabilities([0.0, math.log(3.0)])]

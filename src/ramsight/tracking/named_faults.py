@@ -24,15 +24,6 @@ _DECIDED = {int(Status.SPEED_WRONG): "motor speed", int(Status.COUNTER_WRONG): "
 class NamedFault:
     """A fault of an input.
 
-    Attributes:
-        signal: which report, ``"motor speed"``.
-        or_else: which one is wrong in its place, where nothing shows which of them; else empty.
-        kinds: what may be wrong with it, of `ramsight.sensor.checks.diagnosis.KINDS`; one, where that is sure.
-        gain: of the report over what it should be, if that is its fault [1].
-        offset: of it, if that is its fault [`unit`].
-        unit: of the report.
-        first, last: time from which and to which the reports contradict each other [s].
-
     Example:
         >>> print(NamedFault("motor speed", "", ("gain",), 1.3, 12.6, "rad/s", 120.42, 140.6).text)
         motor speed: 1.30 times what it should be, from 120.4 s to 140.6 s
@@ -40,12 +31,14 @@ class NamedFault:
         motor torque: of the wrong sign (unless it is DC power that is wrong), from 120.4 s to 140.6 s
     """
 
-    signal: str
-    or_else: str
+    signal: str  # which report, ``"motor speed"``
+    or_else: str  # which one is wrong in its place, where nothing shows which of them; else empty
+    # kinds: what may be wrong with it, of `ramsight.sensor.checks.diagnosis.KINDS`; one, where that is sure
     kinds: tuple[str, ...]
-    gain: float
-    offset: float
-    unit: str
+    gain: float  # of the report over what it should be, if that is its fault [1]
+    offset: float  # of it, if that is its fault [`unit`]
+    unit: str  # of the report
+    # first, last: time from which and to which the reports contradict each other [s]
     first: float
     last: float
 

@@ -12,15 +12,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ramsight.arrays import Array
 from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
 from ramsight.signals import Samples, Signals
 from ramsight.tracking.end_visits import visits
 from ramsight.tracking.pieces import Gaps
 from ramsight.tracking.position_errors import ComparisonError
 
-Array = NDArray[np.float64]
 ALIGNMENTS = {"start": "the first sample", "reference": "the first end or reference"}
 """What is at 0 s of every run, by the word for it."""
 SHOWN = 3
@@ -30,44 +29,30 @@ _APART = 0.05  # of the duration, between two of these
 
 @dataclass(frozen=True)
 class Reading:
-    """What runs say at an instant.
+    """What runs say at an instant."""
 
-    Attributes:
-        time: of the sample [s], by the clock that they have in common.
-        position: of each run [m]; NaN where it is unknown.
-        low, high: ends of their 95 % bands [m].
-        difference: of each run but the first from the first [m].
-        overlap: whether the bands of these and of the first overlap; None where one has none.
-    """
-
-    time: float
-    position: list[float]
+    time: float  # of the sample [s], by the clock that they have in common
+    position: list[float]  # of each run [m]; NaN where it is unknown
+    # low, high: ends of their 95 % bands [m]
     low: list[float]
     high: list[float]
-    difference: list[float]
-    overlap: list[bool | None]
+    difference: list[float]  # of each run but the first from the first [m]
+    overlap: list[bool | None]  # whether the bands of these and of the first overlap; None where one has none
 
 
 @dataclass(frozen=True)
 class Overlay:
-    """Runs on the first one's samples, as far as the clocks have them in common.
+    """Runs on the first one's samples, as far as the clocks have them in common."""
 
-    Attributes:
-        names: of the runs.
-        align: what is at 0 s, a word of `ALIGNMENTS`.
-        begins: where 0 s is on the clock of each run's log [s].
-        time: shape (samples,) [s].
-        position, low, high: of each run, and the ends of its 95 % band, shape (runs, samples) [m].
-        at: instants that readings are asked for at [s]; the largest differences if there are none.
-    """
-
-    names: tuple[str, ...]
-    align: str
-    begins: tuple[float, ...]
-    time: Array
+    names: tuple[str, ...]  # of the runs
+    align: str  # what is at 0 s, a word of `ALIGNMENTS`
+    begins: tuple[float, ...]  # where 0 s is on the clock of each run's log [s]
+    time: Array  # shape (samples,) [s]
+    # position, low, high: of each run, and the ends of its 95 % band, shape (runs, samples) [m]
     position: Array
     low: Array
     high: Array
+    # at: instants that readings are asked for at [s]; the largest differences if there are none
     at: tuple[float, ...] = field(default=())
 
     @property

@@ -80,11 +80,7 @@ def track_pieces(
         out: the track's file, with rows where the log has none for long. NetCDF and MCAP hold all that the sensor
             reports, a table (CSV, Parquet, MF4) position, its standard deviation, bound, status in words and whether a
             reference has come; None writes none.
-        keep_track: whether the track is kept, to compare it with the truth.
-        keep_log: whether the log is kept, for a figure.
-        all_of_it: whether every variable of what is kept is kept.
         more: further variables that are kept of track and log, where they have them.
-        beside: further columns of a table, where the sensor says them.
         available: counts how much of the time the position may be used, and is reported with the summary.
         said_of: what is to be said of a piece of the track in its place, as of one that the whole log contradicts.
 

@@ -55,7 +55,6 @@ def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:
     """What the drive of a unit can report.
 
     Args:
-        unit: the unit.
         against_stops: whether the rod is known to have been driven against its ends, so that moves are long.
     """
     torques = limits_of(unit)
@@ -82,8 +81,6 @@ def implausible(
 
     Args:
         log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, whole.
-        unit: the unit that the drive turns.
-        channel_map: with which it was read, for the units of its channels.
     """
     known = channel_map or standard_map([])
     seen, limits = Seen(), reportable(unit, against_stops=True)
@@ -95,25 +92,19 @@ def implausible(
 
 @dataclass
 class Seen:
-    """What was seen of a log.
+    """What was seen of a log."""
 
-    Attributes:
-        periods: usual distance of samples in each piece [s].
-        speeds, torques: 99.5 % of the magnitudes in each piece are below these [rad/s], [N m].
-        moves: motor angle of the longest move in each piece [rad].
-        sure_moves: the same, less what leaks at relief pressure: a stop may be pressed for a minute.
-        temperatures: median of each piece [K].
-        scatters: of the torque while the motor stands, in each piece with enough of that [N m].
-        seconds, torque_seconds: time of turning forward and backward [s], and the torque's integral over it [N m s].
-    """
-
-    periods: list[float] = field(default_factory=list)
+    periods: list[float] = field(default_factory=list)  # usual distance of samples in each piece [s]
+    # speeds, torques: 99.5 % of the magnitudes in each piece are below these [rad/s], [N m]
     speeds: list[float] = field(default_factory=list)
-    moves: list[float] = field(default_factory=list)
+    moves: list[float] = field(default_factory=list)  # motor angle of the longest move in each piece [rad]
+    # sure_moves: the same, less what leaks at relief pressure: a stop may be pressed for a minute
     sure_moves: list[float] = field(default_factory=list)
     torques: list[float] = field(default_factory=list)
-    temperatures: list[float] = field(default_factory=list)
+    temperatures: list[float] = field(default_factory=list)  # median of each piece [K]
+    # scatters: of the torque while the motor stands, in each piece with enough of that [N m]
     scatters: list[float] = field(default_factory=list)
+    # seconds, torque_seconds: time of turning forward and backward [s], and the torque's integral over it [N m s]
     seconds: dict[int, float] = field(default_factory=lambda: {1: 0.0, -1: 0.0})
     torque_seconds: dict[int, float] = field(default_factory=lambda: {1: 0.0, -1: 0.0})
 

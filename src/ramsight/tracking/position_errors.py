@@ -20,21 +20,13 @@ class ComparisonError(RamsightError):
 
 @dataclass(frozen=True)
 class PositionErrors:
-    """Absolute errors of an estimated position.
+    """Absolute errors of an estimated position."""
 
-    Args:
-        largest: the largest error [m].
-        p95: the error that 95 % of the samples keep within [m].
-        final: the error of the last sample compared [m]; NaN if that sample has no estimate.
-        samples: number of samples compared, those without an estimate not counted.
-        missing: number of samples within the same time at which the estimate is NaN.
-    """
-
-    largest: float
-    p95: float
-    final: float
-    samples: int
-    missing: int
+    largest: float  # the largest error [m]
+    p95: float  # the error that 95 % of the samples keep within [m]
+    final: float  # the error of the last sample compared [m]; NaN if that sample has no estimate
+    samples: int  # number of samples compared, those without an estimate not counted
+    missing: int  # number of samples within the same time at which the estimate is NaN
 
 
 @dataclass(frozen=True)

@@ -86,23 +86,18 @@ class Press:
 class Pressed:
     """Presses of a log, collected piece by piece, by one reading of its columns.
 
-    Args:
-        unit: the machine as it is described.
-
     Attributes:
-        longest: free move of the rod [strokes].
-        speed, torque: 99.5 % of the magnitudes in the liveliest piece are below these, over the highest speed and over
-            the larger torque at relief [1].
-        turning: for how long the motor has turned [s].
         pushing: mean torque while the motor turns, positive where the load asks for it, over the same torque [1].
     """
 
     unit: HydraulicUnit
     presses: list[Press] = field(default_factory=list)
-    longest: float = 0.0
+    longest: float = 0.0  # free move of the rod [strokes]
+    # speed, torque: 99.5 % of the magnitudes in the liveliest piece are below these, over the highest speed and over
+    # the larger torque at relief [1]
     speed: float = 0.0
     torque: float = 0.0
-    turning: float = 0.0
+    turning: float = 0.0  # for how long the motor has turned [s]
     _place: float = 0.0
     _leaked: float = 0.0
     _pushed: float = 0.0
@@ -217,7 +212,6 @@ def _press(torque: Array, turned: Array, samples: int) -> tuple[int, float] | No
     Args:
         torque: positive the way that the motor turns [N m], shape (n,).
         turned: angle of each sample [rad], shape (n,).
-        samples: that a level is sustained for.
     """
     windows = np.lib.stride_tricks.sliding_window_view(torque, samples)
     least, most = windows.min(axis=1), windows.max(axis=1)

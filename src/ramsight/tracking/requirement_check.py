@@ -93,7 +93,6 @@ def require(track: Samples, asked: Requirement, stroke: float) -> RequirementChe
     Args:
         track: `position` [m], `position_std` [m] and `status` over `time` [s]; `error` [m] where the truth is known;
             `mode` and `motor_speed` [rad/s], from which references are known, and `reference` [m].
-        asked: the requirement.
         stroke: of the cylinder [m].
 
     Example:

@@ -30,42 +30,25 @@ _OUTPUTS = ("apart", "allowed", "alarm")
 
 @dataclass(frozen=True)
 class Allowed:
-    """By how much two reports of one thing may differ without a fault, both together.
+    """By how much two reports of one thing may differ without a fault, both together."""
 
-    Args:
-        noise: standard deviation of the difference that is new with each sample [unit of the quantity].
-        offset: standard deviation of it that lasts [unit of the quantity].
-        gain: the same as a share of the quantity [1].
-        delay: by which they may be apart in time [s].
-    """
-
-    noise: float
-    offset: float = 0.0
-    gain: float = 0.0
-    delay: float = 0.0
+    noise: float  # standard deviation of the difference that is new with each sample [unit of the quantity]
+    offset: float = 0.0  # standard deviation of it that lasts [unit of the quantity]
+    gain: float = 0.0  # the same as a share of the quantity [1]
+    delay: float = 0.0  # by which they may be apart in time [s]
 
 
 @dataclass(frozen=True)
 class Shared:
-    """Something that two units share, and what is looked at: a row of the table.
+    """Something that two units share, and what is looked at: a row of the table."""
 
-    Attributes:
-        name: of the quantity.
-        unit: of it.
-        signals: that are compared.
-        hypothesis: that it rejects, with its equation.
-        memory: over which is summed up [s].
-        allowed: what is allowed unless more is declared.
-        then: what is done beside saying so.
-    """
-
-    name: str
-    unit: str
-    signals: str
-    hypothesis: str
-    memory: float
-    allowed: Allowed
-    then: str = "–"
+    name: str  # of the quantity
+    unit: str  # of it
+    signals: str  # that are compared
+    hypothesis: str  # that it rejects, with its equation
+    memory: float  # over which is summed up [s]
+    allowed: Allowed  # what is allowed unless more is declared
+    then: str = "–"  # what is done beside saying so
 
 
 # Thermometers of class B are right to 0.5 K at 40 degC (IEC 60751), and a pump that works has its oil up to 6 K warmer
@@ -84,15 +67,10 @@ SHARED = (OIL, VOLTAGE)
 
 @dataclass(frozen=True, kw_only=True)
 class AgreementState:
-    """What is kept of two reports of one thing.
+    """What is kept of two reports of one thing."""
 
-    Attributes:
-        begun: whether both have reported once.
-        time: of the last sample [s].
-    """
-
-    begun: Flag = leaf("1")
-    time: Scalar = leaf("s", exact="time")
+    begun: Flag = leaf("1")  # whether both have reported once
+    time: Scalar = leaf("s", exact="time")  # of the last sample [s]
     sums: Sums = field(default_factory=Sums)
 
 

@@ -99,12 +99,7 @@ def _led_by(mistake: Mistake, found: list[tuple[str, str]]) -> list[tuple[str, s
 
 
 def contradicted(tracked: Signals, mistake: Mistake) -> Signals:
-    """A track of a log that contradicts the machine: what it says of the position is invalid, and names the cause.
-
-    Args:
-        tracked: with status over time.
-        mistake: what is wrong with the log.
-    """
+    """A track of a log that contradicts the machine: what it says of the position is invalid, and names the cause."""
     cause = Status.IMPLAUSIBLE_SPEED if mistake.role == "speed" else Status.IMPLAUSIBLE_TORQUE
     status = tracked["status"].values
     return tracked.replaced({"status": np.where(status >= LEAST[1], status, int(cause)).astype(status.dtype)})

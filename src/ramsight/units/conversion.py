@@ -303,8 +303,6 @@ def parse_option(text: str, unit: str, option: str, *, least: str, most: str) ->
 
     Args:
         text: the option, for example ``"441 kN"``.
-        unit: any unit of the expected dimension.
-        option: name of the option, for the message.
         least: lowest value allowed, for example ``"0 kN"``.
         most: highest value allowed, for example ``"2000 kN"``.
 
@@ -358,8 +356,6 @@ def argument(value: str | float, unit: str, name: str, *, least: str, most: str)
 
     Args:
         value: an SI number, or text with a unit: ``441e3`` or ``"441 kN"``.
-        unit: its SI unit.
-        name: of the argument, for the message.
         least: lowest value allowed, for example ``"0 kN"``.
         most: highest value allowed, for example ``"2000 kN"``.
 

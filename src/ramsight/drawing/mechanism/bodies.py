@@ -45,7 +45,6 @@ def shapes(mechanism: Mechanism, positions: ArrayLike) -> Shapes:
     """A mechanism's shapes at cylinder positions.
 
     Args:
-        mechanism: the mechanism.
         positions: of its cylinders [m], shape (cylinders,).
 
     Example:

@@ -35,8 +35,6 @@ def bucket(pivot: ArrayLike, rod: ArrayLike, lip: ArrayLike) -> Bucket:
 
     Args:
         pivot: pin on the boom, [x, z] in m.
-        rod: pin of the cylinder.
-        lip: the tooth's point.
 
     Example:
         >>> shell = bucket([0.0, 0.0], [0.0, 0.6], [1.5, 0.0])

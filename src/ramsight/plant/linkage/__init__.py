@@ -1,7 +1,7 @@
 """What the cylinders move: planar mechanisms from a description, in closed form."""
 
+from ramsight.plant.linkage.dynamics import motion
 from ramsight.plant.linkage.mechanism import Mechanism, build_mechanism
-from ramsight.plant.linkage.motion import motion
 from ramsight.plant.linkage.survey import angles, holding_forces, joints, points, positions, potential, tip
 
 __all__ = [

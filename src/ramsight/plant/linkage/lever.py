@@ -56,7 +56,6 @@ def lever(spec: description.Linkage | None, cylinder: str) -> Lever | None:
 
     Args:
         spec: the mechanism; None for a machine without.
-        cylinder: name of the unit.
 
     Returns:
         None where the angle of the body that it moves does not follow from its position alone: it slides, or the

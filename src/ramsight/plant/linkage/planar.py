@@ -88,7 +88,6 @@ def way_to(gap_x: Real, gap_z: Real, direction_x: Real, direction_z: Real, lengt
         gap_x: from the other point to the sliding one, before it slides, forward [m].
         gap_z: the same, up [m].
         direction_x: of sliding, forward; of length 1.
-        direction_z: the same, up.
         length: the distance [m].
         side: +1 if the slider goes away from the point with growing distance, -1 if towards it.
     """

@@ -18,7 +18,6 @@ def positions(mechanism: Mechanism, joints: ArrayLike) -> Array:
     """Cylinder positions at joint coordinates.
 
     Args:
-        mechanism: the mechanism.
         joints: coordinates of the free joints [rad or m], shape (..., joints).
 
     Returns:
@@ -33,7 +32,6 @@ def joints(mechanism: Mechanism, positions: ArrayLike) -> Array:
     Joints that no cylinder moves are at 0.
 
     Args:
-        mechanism: the mechanism.
         positions: of the cylinders [m], shape (..., cylinders).
 
     Returns:
@@ -71,7 +69,6 @@ def holding_forces(
     """Forces of the cylinders that hold the mechanism at rest, by virtual work.
 
     Args:
-        mechanism: the mechanism.
         joints: coordinates of the free joints [rad or m], shape (..., joints).
         payload: [kg].
         tip_force: on the tip, forward and up [N].
@@ -87,7 +84,6 @@ def points(mechanism: Mechanism, joints: ArrayLike) -> dict[str, list[tuple[str,
     """Where the pins of each body are, for drawings.
 
     Args:
-        mechanism: the mechanism.
         joints: coordinates of the free joints [rad or m], shape (joints,).
 
     Returns:

@@ -14,8 +14,8 @@ from ramsight.calibration.identify_report import WORDS
 from ramsight.calibration.leakage import LeakTest
 from ramsight.calibration.loss_uncertainty import dependence
 from ramsight.output.html_page import page, row, table
-from ramsight.study.commissioning.changes import HEAD, Change
 from ramsight.study.commissioning.finding import Finding, Verdict
+from ramsight.study.commissioning.kept_values import HEAD, Change
 from ramsight.study.commissioning.walk import Commissioning
 from ramsight.tracking.figures import draw_track
 from ramsight.units import FREEZING, RPM
@@ -45,11 +45,7 @@ def commissioning_page(
     """The report of a commissioning: verdict, reasons, every check, what it rests on, the track, room to sign.
 
     Args:
-        done: what was found.
-        title: of the machine and its unit.
         sources: of each file what it is, its name and its SHA-256.
-        channels: of the log.
-        made: when, with its distance from UTC.
 
     Returns:
         HTML that needs no other file.

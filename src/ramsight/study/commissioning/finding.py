@@ -17,19 +17,12 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """What a check found.
+    """What a check found."""
 
-    Args:
-        check: what was looked at, for example ``leak test``.
-        verdict: on it.
-        found: what was found, as a sentence.
-        remedy: what to do about it; "" if nothing.
-    """
-
-    check: str
-    verdict: Verdict
-    found: str
-    remedy: str = ""
+    check: str  # what was looked at, for example ``leak test``
+    verdict: Verdict  # on it
+    found: str  # what was found, as a sentence
+    remedy: str = ""  # what to do about it; "" if nothing
 
     @property
     def text(self) -> str:

@@ -15,10 +15,10 @@ from ramsight.machine.description import Unit
 from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.signals import Dataset
-from ramsight.study.commissioning import log_checks, sensor_checks
-from ramsight.study.commissioning.changes import Change, table_text
+from ramsight.study.commissioning import log_checks
 from ramsight.study.commissioning.finding import Finding, Verdict
-from ramsight.study.commissioning.sensor_checks import identified, requirement
+from ramsight.study.commissioning.kept_values import Change, table_text
+from ramsight.study.commissioning.log_checks import identified, requirement
 from ramsight.study.commissioning.wrong_values import WrongValue, description
 
 STEPS = EVALUATIONS + 2
@@ -32,27 +32,17 @@ _CORRECT = "correct the description first"
 
 @dataclass(frozen=True)
 class Commissioning:
-    """What was found of a log.
+    """What was found of a log."""
 
-    Attributes:
-        unit: name of the unit.
-        findings: of each check, in order.
-        log: what was judged.
-        track: what the kalman sensor made of it, with the error where the truth is known; None if it was not asked.
-        leak_test: what the leak test said, if there was one.
-        identification: what was identified, if the position was measured.
-        wrong_value: the value of the description that is likely wrong, if one is.
-        changes: what was measured both now and at an earlier commissioning, if one was passed.
-    """
-
-    unit: str
-    findings: tuple[Finding, ...]
-    log: Dataset
+    unit: str  # name of the unit
+    findings: tuple[Finding, ...]  # of each check, in order
+    log: Dataset  # what was judged
+    # track: what the kalman sensor made of it, with the error where the truth is known; None if it was not asked
     track: Dataset | None = None
-    leak_test: LeakTest | None = None
-    identification: Identification | None = None
-    wrong_value: WrongValue | None = None
-    changes: tuple[Change, ...] = ()
+    leak_test: LeakTest | None = None  # what the leak test said, if there was one
+    identification: Identification | None = None  # what was identified, if the position was measured
+    wrong_value: WrongValue | None = None  # the value of the description that is likely wrong, if one is
+    changes: tuple[Change, ...] = ()  # what was measured both now and at an earlier commissioning, if one was passed
 
     @property
     def verdict(self) -> Verdict:
@@ -92,13 +82,10 @@ def walk(
     """Look at a log, check after check; where units or signs are wrong the rest is not judged.
 
     Args:
-        unit: as its data sheet has it.
         log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time.
         track_of: gives the track of a log by the kalman sensor, which starts without a position; with `error` [m]
             if there is a truth.
         truth: measured `position` [m] over time, if there is one.
-        channel_map: with which the log was read.
-        advance: is passed how many of `STEPS` are done.
         asked: what the position is required for; None if that is not stated.
         described: the description that the unit was built of; None if there is none.
         mending: what would make the error smaller, the most first; called where the requirement is missed.
@@ -119,8 +106,8 @@ def walk(
     stands = abs(float(good["motor_speed"].values[-1])) < _STANDING
     known, wrong = description(described, unit, good, track, test, truth)
     required = requirement(track, asked, unit.cylinder.stroke, list if wrong else mending)
-    stopped, learned = sensor_checks.stops(track, unit), sensor_checks.learned(track)
-    sure = sensor_checks.confidence(track, stands, unit.cylinder.stroke)
+    stopped, learned = log_checks.stops(track, unit), log_checks.learned(track)
+    sure = log_checks.confidence(track, stands, unit.cylinder.stroke)
     if wrong is not None:
         learned = replace(learned, verdict=Verdict.OPEN, remedy=_CORRECT)
         sure, required = (_of_a_wrong_description(one) for one in (sure, required))
@@ -130,7 +117,7 @@ def walk(
         why = "there is no measured position" if truth is None else _CORRECT
         found.append(Finding("data sheet", Verdict.OPEN, why))
         return Commissioning(unit.name, tuple(found), log, track, test, wrong_value=wrong)
-    found.append(sensor_checks.truth(track))
+    found.append(log_checks.truth(track))
     sheet, identification = _sheet(unit, good, truth, advance)
     return Commissioning(unit.name, (*found, *sheet), log, track, test, identification)
 

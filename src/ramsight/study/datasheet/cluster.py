@@ -86,12 +86,6 @@ def _memory_kept() -> Any:
 def run_on(client: Any, plan: Plan, store: Store, advance: Callable[[int], object]) -> None:
     """Run what is not done yet of a study on a cluster.
 
-    Args:
-        client: of Dask distributed.
-        plan: the study.
-        store: its store; one in memory is filled by this process.
-        advance: called with the number of machines that are done since the last call.
-
     Raises:
         ClusterError: scheduler or workers are lost; what was done is in the store.
     """
@@ -146,11 +140,7 @@ def run(
     """Run what is not done yet of a study.
 
     Args:
-        plan: the study.
         path: folder of its store; None keeps everything in memory.
-        client: of Dask distributed; None for the threads of this process.
-        threads: how many; by default one for each core that this process may use.
-        advance: called with the number of machines that are done since the last call.
 
     Returns:
         What is kept of all machines.

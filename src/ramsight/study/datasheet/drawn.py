@@ -44,7 +44,6 @@ class Drawn:
             speed: of the motor [rad/s].
             torque: of the motor [N m].
             temperature: of the oil in the pumps [K].
-            seed: of the noise.
 
         Returns:
             Motor speed, motor torque and oil temperature, with steps and noise.
@@ -77,8 +76,6 @@ def draw(described: Unit, name: str, nominal: HydraulicUnit, values: Mapping[str
     """Make one machine.
 
     Args:
-        described: the unit's description.
-        name: of the unit.
         nominal: built of it, and `ready`.
         values: of what varies, by name [SI].
 

@@ -19,16 +19,14 @@ from ramsight.duty.simulate import SAMPLE_PERIOD, check_commands, check_temperat
 from ramsight.engine.batch import Job, sampled
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import compile_outputs
-from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import DEFAULT_RTOL, Segments
+from ramsight.engine.run import DEFAULT_RTOL, Outcome, Segments
 from ramsight.plant.build import build
 from ramsight.plant.circuit import CircuitModel, parameter_values
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
 from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.study.datasheet.drawn import Drawn, draw, ready
-from ramsight.study.datasheet.measuring import SHAPES, first_position, measures
+from ramsight.study.datasheet.measuring import SHAPES, Run, first_position, measures, tracked
 from ramsight.study.datasheet.studied_duties import Work
-from ramsight.study.datasheet.tracks_of_many import Run, tracked
 
 LOOSER = 30.0
 """Tolerances of a study's runs over those of `simulate`: twice as fast, and a position as exact.
@@ -128,10 +126,6 @@ def work_through(bench: Bench, order: Order) -> dict[str, Array]:
     """Everything that is kept of the machines of an order, by name; the first dimension is the machine.
 
     Whatever else is in the order, a machine's numbers are the same to the last bit.
-
-    Args:
-        bench: of the study.
-        order: which machines.
     """
     count = len(order.numbers)
     kept = {name: np.full((count, *(size for _, size in dims)), np.nan) for name, dims in SHAPES.items()}

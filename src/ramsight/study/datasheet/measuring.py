@@ -1,19 +1,23 @@
-"""What is kept of one machine's track: errors by how many references came before, by place, by age; and its statuses.
+"""Sensors along the reports of many machines, several side by side, and what is kept of a track.
 
-All of it is counts, sums and a few numbers, so that a study of any size is a table of machines. Errors are those of
-positions that the sensor calls ok or uncertain; what it calls invalid, or not referenced, is counted as just that.
+Kept are errors by how many references came before, by place, by age; and statuses. All of it is counts, sums and a few
+numbers, so that a study of any size is a table of machines. Errors are those of positions that the sensor calls ok or
+uncertain; what it calls invalid, or not referenced, is counted as just that.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.arrays import Array, Bools
+from ramsight.engine.recursion import replay_many
 from ramsight.sensor.status import VALIDITIES, Status, validity_levels
+from ramsight.sensor.virtual_sensor import BOUND, VirtualSensor
+from ramsight.study.datasheet.drawn import Drawn
 from ramsight.tracking.position_errors import stop_visits
 
 TAUGHT = 3
@@ -80,11 +84,7 @@ class Track:
 
 
 def measures(track: Track) -> dict[str, Array | float]:
-    """What is kept of a track; see `SHAPES`.
-
-    Args:
-        track: of a sensor that was started at the known position.
-    """
+    """What is kept of a track; see `SHAPES`."""
     time, visits = track.time, track.visits
     known = track.status < UNUSABLE
     error = track.position - track.true
@@ -165,3 +165,67 @@ def drift_of(ageing: Array) -> tuple[float, float]:
     age = (np.arange(len(number))[held] + 0.5) * AGE
     slope, at_once = np.polyfit(age, ageing[held, 1] / number[held], 1, w=np.sqrt(number[held]))
     return float(at_once), float(slope)
+
+
+_POWER_UP = 5.0  # s after the first stop, up to which a sensor that was started without a position is looked at
+
+
+@dataclass(frozen=True)
+class Run:
+    """One machine's duty done: truth, and what its drive reported."""
+
+    drawn: Drawn
+    time: Array  # [s], shape (samples,)
+    true: Array  # position [m]
+    inputs: Array  # of the sensor, shape (samples, inputs)
+    start: float  # the sensor's start position [m]
+    # motor speed [rad/s], motor torque [N m] and oil temperature [K] as they are
+    true_signals: tuple[Array, Array, Array]
+
+    @property
+    def stroke(self) -> float:
+        """Stroke of the cylinder as it is built [m]."""
+        return float(self.drawn.unit.cylinder.stroke)
+
+    @property
+    def visits(self) -> Array:
+        """When the piston came to an end stop [s]."""
+        return stop_visits(self.time, self.true, self.stroke)
+
+    def beginning(self) -> Array:
+        """The inputs as far as they show when a sensor that was started without a position knows where it is."""
+        visits = self.visits
+        return self.inputs[self.time <= visits[0] + _POWER_UP + SETTLED] if len(visits) else self.inputs
+
+
+def tracked(several: Sequence[Run], sensors: Sequence[VirtualSensor], *, start_known: bool = True) -> list[Track]:
+    """What sensors make of runs; a track is the same to the last bit whatever is tracked beside it.
+
+    Args:
+        sensors: of each run; they may assume different machines, but are of one kind.
+        start_known: whether they start at the known position; of the others only so much is tracked that the
+            time of the first position shows.
+    """
+    if not several:
+        return []
+    recursion = sensors[0].recursion
+    says = recursion.outputs
+    kept = [says[0], says[1], says[4], *([BOUND] if BOUND in says else [])]
+    inputs = [run.inputs if start_known else run.beginning() for run in several]
+    parameters = np.array([sensor.parameters for sensor in sensors])
+    states = np.array([_first_state(sensor, run, start_known) for sensor, run in zip(sensors, several, strict=True)])
+    found = replay_many(recursion, inputs, parameters, states, kept)
+    return [_track(run, columns) for run, columns in zip(several, found, strict=True)]
+
+
+def _first_state(sensor: VirtualSensor, run: Run, start_known: bool) -> Array:
+    own = replace(sensor)  # with a state of its own: others may be tracked beside it
+    own.start(run.start if start_known else None)
+    return np.array(list(own.state.values()))
+
+
+def _track(run: Run, columns: Array) -> Track:
+    n = len(columns)
+    position, std, status = columns[:, :3].T
+    bound = columns[:, 3] if columns.shape[1] > 3 else None
+    return Track(run.time[:n], position, std, status.astype(np.int64), run.true[:n], run.stroke, bound)

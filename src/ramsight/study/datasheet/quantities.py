@@ -77,8 +77,6 @@ def varied(machine: Machine, unit: str, vary: Mapping[str, str] | None = None) -
     """What varies of a unit, in an order that never changes.
 
     Args:
-        machine: the description.
-        unit: name of the unit.
         vary: tolerances in the place of what the description states, as text: of kinds, or of values below the unit
             (``{"torque_gain": "± 3 %", "pump_a.volumetric_efficiency": "± 0.02 normal"}``); "" for one that does not
             vary.
@@ -129,8 +127,6 @@ def default_text(name: str, assumed: Assumptions, stroke: float) -> tuple[str, s
     """The default tolerance of a kind and its reason; an empty text if it does not vary by default.
 
     Args:
-        name: of the kind.
-        assumed: what the sensor assumes of the unit.
         stroke: of the cylinder [m].
     """
     machine, drive, thermometer = assumed.machine, assumed.drive, assumed.thermometer

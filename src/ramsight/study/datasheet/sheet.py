@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -34,76 +34,45 @@ _FEW = 5  # samples in a place of the stroke, below which it says nothing
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Magnitudes of the errors of a group [m].
+    """Magnitudes of the errors of a group [m]."""
 
-    Args:
-        group: of errors, one of `GROUPS`.
-        machines: that have such errors.
-        quantiles: of all errors of all machines, at the shares of `SHARES`.
-        machine: what 95 % of the machines keep for 95 % of their time.
-        largest: of all.
-        worst: number of the machine that has it.
-        coverage: share of the errors within the 95 % band that the sensor states.
-    """
-
-    group: str
-    machines: int
-    quantiles: tuple[Known, ...]
-    machine: Known
-    largest: float
-    worst: int
-    coverage: float
+    group: str  # of errors, one of `GROUPS`
+    machines: int  # that have such errors
+    quantiles: tuple[Known, ...]  # of all errors of all machines, at the shares of `SHARES`
+    machine: Known  # what 95 % of the machines keep for 95 % of their time
+    largest: float  # of all
+    worst: int  # number of the machine that has it
+    coverage: float  # share of the errors within the 95 % band that the sensor states
 
 
 @dataclass(frozen=True)
 class Term:
-    """One line of the sheet.
+    """One line of the sheet."""
 
-    Args:
-        name: the term.
-        known: the figure in SI, with its interval.
-        unit: SI.
-        how: what is meant, in a sentence.
-    """
-
-    name: str
-    known: Known
-    unit: str
-    how: str
+    name: str  # the term
+    known: Known  # the figure in SI, with its interval
+    unit: str  # SI
+    how: str  # what is meant, in a sentence
 
 
 @dataclass(frozen=True)
 class Worst:
-    """One of the worst machines.
+    """One of the worst machines."""
 
-    Args:
-        machine: its number.
-        largest: error after the third reference [m].
-        values: what it was drawn as, by name [SI].
-    """
-
-    machine: int
-    largest: float
-    values: dict[str, float]
+    machine: int  # its number
+    largest: float  # error after the third reference [m]
+    values: dict[str, float]  # what it was drawn as, by name [SI]
 
 
 @dataclass(frozen=True)
 class Bound:
-    """What the sensor's own bound of its error is worth while it says ok.
+    """What the sensor's own bound of its error is worth while it says ok."""
 
-    Args:
-        median: of the machines' medians [m]; NaN of a sensor that states none.
-        over_p95: that over the 95 % error while it says ok [1].
-        samples: that were ok.
-        beyond: of these, errors beyond the bound.
-        machines: share of the machines that ever had one.
-    """
-
-    median: float
-    over_p95: float
-    samples: int
-    beyond: int
-    machines: Known
+    median: float  # of the machines' medians [m]; NaN of a sensor that states none
+    over_p95: float  # that over the 95 % error while it says ok [1]
+    samples: int  # that were ok
+    beyond: int  # of these, errors beyond the bound
+    machines: Known  # share of the machines that ever had one
 
     @property
     def is_said(self) -> bool:
@@ -123,37 +92,22 @@ class Bound:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A sensor's data sheet.
+    """A sensor's data sheet."""
 
-    Attributes:
-        plan: of the study.
-        stroke: as described [m].
-        machines: that were simulated.
-        failed: machines whose duty could not be simulated to its end.
-        hours: of work, of all machines together.
-        accuracy: by group of errors.
-        terms: the other figures.
-        validity: share of the time with each validity.
-        ok_but_wrong: share of the time in which the sensor reports ok and is off by more than four standard deviations.
-        bound: what the sensor's bound is worth.
-        worst: machines found.
-        budget: the error budget; None if it was not asked for.
-        recorded: recorded machines held against the sheet.
-    """
-
-    plan: Plan
-    stroke: float
-    machines: int
-    failed: int
-    hours: float
-    accuracy: tuple[Accuracy, ...]
-    terms: tuple[Term, ...]
-    validity: dict[str, float]
+    plan: Plan  # of the study
+    stroke: float  # as described [m]
+    machines: int  # that were simulated
+    failed: int  # machines whose duty could not be simulated to its end
+    hours: float  # of work, of all machines together
+    accuracy: tuple[Accuracy, ...]  # by group of errors
+    terms: tuple[Term, ...]  # the other figures
+    validity: dict[str, float]  # share of the time with each validity
+    # ok_but_wrong: share of the time in which the sensor reports ok and is off by more than four standard deviations
     ok_but_wrong: float
-    bound: Bound
-    worst: tuple[Worst, ...]
-    budget: Budget | None = None
-    recorded: tuple[dict[str, Any], ...] = ()
+    bound: Bound  # what the sensor's bound is worth
+    worst: tuple[Worst, ...]  # machines found
+    budget: Budget | None = None  # the error budget; None if it was not asked for
+    recorded: tuple[dict[str, Any], ...] = ()  # recorded machines held against the sheet
 
     def term(self, name: str) -> Known:
         """The figure of a term."""
@@ -240,17 +194,8 @@ class Sheet:
         return "\n".join(lines) + "\n"
 
 
-def data_sheet(
-    plan: Plan, found: Dataset, budget: Budget | None = None, recorded: Sequence[dict[str, Any]] = ()
-) -> Sheet:
-    """What a study says.
-
-    Args:
-        plan: of the study.
-        found: what is kept of its machines.
-        budget: its error budget.
-        recorded: recorded machines, as `recorded.held_against` gives them.
-    """
+def data_sheet(plan: Plan, found: Dataset, budget: Budget | None = None) -> Sheet:
+    """What a study says."""
     done = found.isel(machine=np.flatnonzero(found["outcome"].values == 0))
     statuses = done["statuses"].values.sum(axis=0).astype(float)
     samples = max(statuses.sum(), 1.0)
@@ -268,7 +213,6 @@ def data_sheet(
         bound=_bound(done, accuracy[VOUCHED]),
         worst=_worst(done),
         budget=budget,
-        recorded=tuple(recorded),
     )
 
 

@@ -23,7 +23,6 @@ def figures(found: Dataset, budget: Budget | None) -> dict[str, tuple[Figure, st
     """All figures of a sheet with their captions, by name.
 
     Args:
-        found: what is kept of the machines.
         budget: the error budget, or None.
     """
     with needing("study"):
@@ -64,11 +63,11 @@ def figures(found: Dataset, budget: Budget | None) -> dict[str, tuple[Figure, st
     return drawn
 
 
-def _axes(width: float = 7.2, height: float = 3.2) -> tuple[Figure, Any]:
+def _axes(height: float = 3.2) -> tuple[Figure, Any]:
     with needing("study"):
         from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=(7.2, height), layout="constrained")
     return figure, figure.subplots()
 
 

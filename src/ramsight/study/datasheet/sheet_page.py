@@ -41,10 +41,7 @@ def sheet_page(sheet: Sheet, title: str, drawn: Mapping[str, tuple[Figure, str]]
     """The page of a data sheet.
 
     Args:
-        sheet: what it says.
-        title: of the machine and its unit.
         drawn: figures with their captions, by name.
-        required: HTML of what the position is required for.
 
     Returns:
         HTML.
@@ -273,11 +270,6 @@ def _half(number: float, unit: str) -> str:
 def shown(known: Known, unit: str, *, with_unit: bool = True) -> str:
     """A figure with its interval, in the unit that people read.
 
-    Args:
-        known: the figure.
-        unit: SI.
-        with_unit: whether the unit is written.
-
     Example:
         >>> shown(Known(0.001, 0.0009, 0.0012), "m")
         '1 mm (0.9 to 1.2)'
@@ -359,13 +351,6 @@ FILES = ("sheet.html", "sheet.json", "assumed.toml")
 
 def write_sheet(sheet: Sheet, found: Dataset, out: Path, title: str, judged: SheetRequirement | None = None) -> None:
     """Write a sheet into a folder; what else is there stays.
-
-    Args:
-        sheet: the data sheet.
-        found: what is kept of its machines, for the figures.
-        out: the folder.
-        title: of the machine and its unit.
-        judged: the sheet held against a requirement, if there is one.
 
     Raises:
         OutputError: it cannot be written.

@@ -1,15 +1,22 @@
-"""A data sheet held against what the position is required for, and what would make its error smaller."""
+"""A data sheet held against what the position is required for, and against recorded machines."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from html import escape
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ramsight.logs import read_log, read_truth
 from ramsight.machine.description import Machine
 from ramsight.machine.requirement_description import Requirement
+from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.study.datasheet.budget import Budget, budget
+from ramsight.study.datasheet.machine_tasks import Bench
+from ramsight.study.datasheet.measuring import GROUPS, Track, measures
 from ramsight.study.datasheet.quantities import varied
 from ramsight.study.datasheet.sheet import Sheet
 from ramsight.study.datasheet.study_plan import Plan
@@ -55,13 +62,7 @@ class SheetRequirement:
 
 
 def required(sheet: Sheet, asked: Requirement, mending: list[str]) -> SheetRequirement:
-    """Hold a sheet against a requirement.
-
-    Args:
-        sheet: the data sheet.
-        asked: the requirement; the time from reference to reference is the study's.
-        mending: what would make the error smaller, the most first.
-    """
+    """Hold a sheet against a requirement."""
     return SheetRequirement(asked, sheet.best.quantiles[1].value, sheet.validity.get("ok", 0.0), tuple(mending))
 
 
@@ -93,13 +94,7 @@ MEASURES = (
 
 
 def mending(machine: Machine, study: Plan, known: Budget | None = None) -> list[str]:
-    """Measures that take most of the error's variance, with their share, the largest first.
-
-    Args:
-        machine: its description.
-        study: whose tolerances and sensitivities count.
-        known: the study's budget, where it was made already.
-    """
+    """Measures that take most of the error's variance, with their share, the largest first."""
     found = budget(study, 0, None) if known is None else known
     shares = dict(zip(found.names, found.linear.shares.tolist(), strict=True))
     before = {one.name: one.spread.std for one in study.quantities}
@@ -114,3 +109,46 @@ def mending(machine: Machine, study: Plan, known: Budget | None = None) -> list[
         worth.append((taken, measure.name))
     best = sorted((one for one in worth if one[0] > _WORTH), reverse=True)
     return [f"{name} ({100 * taken:.0f} % of the error's variance)" for taken, name in best]
+
+
+_START_KNOWN = 1e-3  # m; standard deviation of the sensor's start position
+
+
+def held_against(sheet: Sheet, bench: Bench, log: Path, truth: Path) -> dict[str, Any]:
+    """A recorded drive log with its true position, tracked as the sheet's machines are.
+
+    Args:
+        log: a drive log, as `ramsight.logs.read_log` reads it.
+
+    Returns:
+        The log's name and, for each group of errors, `p95` and `largest` [m] and whether they lie `inside` what
+        95 % of the machines keep, with the interval of that, and the largest error found; None where it has no errors.
+
+    Raises:
+        LogError: a file cannot be read.
+    """
+    reported, true = read_log(log), read_truth(truth)
+    position = np.interp(reported["time"].values, true["time"].values, true["position"].values)
+    sensor = bench.virtual
+    sensor.start(float(position[0]), _START_KNOWN)
+    tracked = sensor.track(reported)
+    track = Track(
+        reported["time"].values,
+        tracked["position"].values,
+        tracked["position_std"].values,
+        tracked["status"].values.astype(np.int64),
+        position,
+        sheet.stroke,
+        tracked[BOUND].values if BOUND in tracked else None,
+    )
+    found = measures(track)
+    after: list[dict[str, Any] | None] = []
+    for k in range(len(GROUPS)):
+        promised = sheet.accuracy[k]
+        p95, largest = float(np.asarray(found["p95"])[k]), float(np.asarray(found["largest"])[k])
+        if not np.isfinite(p95) or not promised.machines:
+            after.append(None)
+            continue
+        inside = p95 <= promised.machine.high and largest <= promised.largest
+        after.append({"p95": p95, "largest": largest, "inside": bool(inside)})
+    return {"log": log.name, "after": after}

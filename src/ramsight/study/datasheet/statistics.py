@@ -1,4 +1,4 @@
-"""Quantiles with their intervals: of errors of all machines at all times, and of machines."""
+"""Quantiles, and shares of variance after Sobol, with their intervals: of errors at all times, and of machines."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ramsight.arrays import Array
-from ramsight.optional import needing
+from ramsight.optional import needing, needs
 
 _RESAMPLED = 400  # times, of the machines, for the interval of a quantile of errors
 _TAIL = 0.025  # on each side of a 95 % interval
@@ -16,14 +16,10 @@ _MOST = 4000  # machines beyond which resampling takes a part of them, and the i
 
 @dataclass(frozen=True)
 class Known:
-    """A figure and its 95 % interval; NaN where it is not available.
+    """A figure and its 95 % interval; NaN where it is not available."""
 
-    Args:
-        value: the figure.
-        low, high: ends of the interval; the high one infinite where too few machines say anything of it.
-    """
-
-    value: float
+    value: float  # the figure
+    # low, high: ends of the interval; the high one infinite where too few machines say anything of it
     low: float = np.nan
     high: float = np.nan
 
@@ -65,8 +61,6 @@ def pooled_quantiles(counts: Array, edges: Array, shares: tuple[float, ...], see
     Args:
         counts: of errors, shape (machines, bins).
         edges: shape (bins + 1,).
-        shares: of the quantiles.
-        seed: of the resampling.
     """
     held = counts[counts.sum(axis=1) > 0].astype(np.float64)
     if len(held) < 2:
@@ -136,3 +130,67 @@ def slope_of(x: Array, y: Array) -> Known:
     line = linregress(x[held], y[held])
     half = float(t.ppf(1.0 - _TAIL, held.sum() - 2) * line.stderr)
     return Known(float(line.slope), float(line.slope) - half, float(line.slope) + half)
+
+
+_INTERVAL_SAMPLES = 200  # times, for the intervals
+_CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Indices:
+    """Shares of a variance, each of shape (quantities,) [1]."""
+
+    first: Array  # that a quantity causes by itself
+    first_half: Array  # half of the 95 % interval of that
+    total: Array  # that it takes part in
+    total_half: Array  # half of the 95 % interval of that
+    runs: int  # that they rest on
+
+
+def saltelli(dimensions: int, base: int, seed: int) -> Array:
+    """The design for the indices, shape (base (dimensions + 2), dimensions), in the unit cube.
+
+    Args:
+        base: number of base points, a power of two.
+    """
+    sample = needs("SALib.sample.sobol", "study").sample
+    return np.asarray(sample(_problem(dimensions), base, calc_second_order=False, seed=seed))
+
+
+def indices(dimensions: int, values: Array, seed: int) -> Indices:
+    """Indices of one outcome, or of several at once.
+
+    Those of several are shares of the sum of their variances (generalised indices): what each outcome has for its own
+    is weighted by its variance, and so are the halves of the intervals, which cannot be too narrow by that.
+
+    Args:
+        values: at the points of `saltelli`, shape (points,) or (points, outcomes).
+
+    Example:
+        >>> import numpy as np
+        >>> x = saltelli(2, 64, seed=1)
+        >>> found = indices(2, 2.0 * x[:, 0] + x[:, 1], seed=1)
+        >>> bool(abs(found.first[0] - 0.8) <= found.first_half[0])
+        True
+    """
+    analyze = needs("SALib.analyze.sobol", "study").analyze
+    several = values.reshape(len(values), -1)
+    variance = several.var(axis=0)
+    kept = np.flatnonzero(variance > 0.0)
+    shares = variance[kept] / variance[kept].sum()
+    summed = np.zeros((4, dimensions))
+    for share, column in zip(shares, kept, strict=True):
+        found = analyze(
+            _problem(dimensions),
+            several[:, column],
+            calc_second_order=False,
+            num_resamples=_INTERVAL_SAMPLES,
+            conf_level=_CONFIDENCE,
+            seed=seed,
+        )
+        summed += share * np.array([found[key] for key in ("S1", "S1_conf", "ST", "ST_conf")])
+    return Indices(summed[0], summed[1], summed[2], summed[3], len(values))
+
+
+def _problem(dimensions: int) -> dict[str, object]:
+    return {"num_vars": dimensions, "names": [f"x{k}" for k in range(dimensions)], "bounds": [[0.0, 1.0]] * dimensions}

@@ -146,7 +146,6 @@ class Store:
         """Write a task's results; that they are there last.
 
         Args:
-            rows: its machines.
             found: everything that is kept of them, by name.
 
         Raises:

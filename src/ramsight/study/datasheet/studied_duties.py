@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 from os.path import isfile
 
 from ramsight.duty.commissioning_duty import commissioning, usual_loads, usual_speed
-from ramsight.duty.duty_file import read_duty
 from ramsight.duty.lift_lower import above_lowered_end, lift_lower
 from ramsight.duty.loader_work import USES, loader_work
-from ramsight.duty.profile import Duty, Profile
+from ramsight.duty.profile import Duty, Profile, read_duty
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
@@ -56,11 +55,9 @@ class Work:
         """The duty of one machine.
 
         Args:
-            sheet: the unit as described, which an operator's commands are made from.
             made: the machine as it is, which somebody plans by who watches the rod.
             kelvin: oil temperature at first [K].
             warming: by how much it rises over the duty [K].
-            seed: of a work day.
         """
         loads = usual_loads(sheet)
         if self.kind == "work-day":
