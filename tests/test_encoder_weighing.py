@@ -8,7 +8,7 @@ from pathlib import Path
 
 import cantools
 import pytest
-from ramsight.duty.lifting import lifting
+from ramsight.duty.loading import lifting
 from typer.testing import CliRunner
 
 import ramsight
