@@ -8,7 +8,6 @@ from pathlib import Path
 
 import cantools
 import pytest
-from ramsight.duty.loading import lifting
 from typer.testing import CliRunner
 
 import ramsight
@@ -23,6 +22,7 @@ from ramsight.deploy.encoder.j1939_weighing import WeighingMessages, weighing_me
 from ramsight.deploy.encoder.objects import LOAD_STATUSES, NO_SCALE, NO_WEIGHING, QUALITIES
 from ramsight.deploy.encoder.played_drive import played_map
 from ramsight.duty.linked_duty import simulate_linked, unit_run
+from ramsight.duty.loading import lifting
 from ramsight.logs import write_log
 from ramsight.logs.channel_map import load_map
 from ramsight.plant.linked import build_linked

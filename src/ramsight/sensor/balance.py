@@ -27,17 +27,11 @@ from ramsight.sensor.virtual_sensor import Report, VirtualSensor, close
 
 @dataclass(frozen=True, kw_only=True)
 class BalanceState:
-    """What the volume balance keeps.
+    """What the volume balance keeps."""
 
-    Attributes:
-        reckoning: position and the last sample.
-        warming: the smoothed thermometer, where the oil expands.
-        load: the simulated circuit.
-    """
-
-    reckoning: ReckoningState = inlined()
-    warming: WarmingState | None
-    load: LoadState
+    reckoning: ReckoningState = inlined()  # position and the last sample
+    warming: WarmingState | None  # the smoothed thermometer, where the oil expands
+    load: LoadState  # the simulated circuit
 
 
 def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> VirtualSensor:

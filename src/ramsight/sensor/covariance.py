@@ -32,12 +32,9 @@ def _is_diagonal(key: str) -> bool:
 
 @dataclass(frozen=True)
 class Covariance:
-    """The symmetric covariance of some quantities; the first of them may move.
+    """The symmetric covariance of some quantities; the first of them may move."""
 
-    Attributes:
-        entries: of the upper triangle, by pairs of quantities in their order.
-    """
-
+    # entries: of the upper triangle, by pairs of quantities in their order
     entries: Mapping[Pair, Scalar] = leaf(
         "product", None, learned=_describes_machine, variance=_is_diagonal, inline=True
     )
@@ -71,12 +68,7 @@ class Covariance:
         return sorted(H, key=self.quantities.index)
 
     def predicted(self, H: Mapping[K, Real], noise: Mapping[K, Real]) -> Covariance:
-        """After the first quantity moved by a step: P <- F P F' + Q, F = [[1, r_1, ...], [0, I]].
-
-        Args:
-            H: derivatives of the step with respect to the other quantities.
-            noise: variance that each gains.
-        """
+        """After the first quantity moved by a step: P <- F P F' + Q, F = [[1, r_1, ...], [0, I]]."""
         first, *others = self.quantities
         moved = {j: self[first, j] + sum(H[i] * self[i, j] for i in self._in(H)) for j in (first, *others)}
         entries = dict(self.entries)
@@ -96,9 +88,6 @@ class Covariance:
         """After a measurement that is `H` times the quantities, and the correction of each.
 
         Args:
-            H: derivatives of the measurement.
-            innovation: the measurement less its expectation.
-            variance: of the measurement.
             use: whether there is one at this sample; corrections are 0 elsewhere.
             only: quantities that it may correct; by default all (Schmidt's filter: the others are considered).
         """
@@ -108,14 +97,7 @@ class Covariance:
     def considered(
         self, H: Mapping[K, Real], innovation: Real, variance: Real, use: Mapping[K, Condition]
     ) -> tuple[Covariance, dict[str, Scalar]]:
-        """After a measurement that corrects single quantities, each where its condition holds.
-
-        Args:
-            H: derivatives of the measurement.
-            innovation: the measurement less its expectation.
-            variance: of the measurement.
-            use: by quantity, whether it is corrected; all others are considered.
-        """
+        """After a measurement that corrects single quantities, each where its condition holds."""
         return self._corrected(dict(H.items()), innovation, variance, dict(use.items()))
 
     def _corrected(
@@ -135,12 +117,6 @@ class Covariance:
         two large numbers, and floats make no covariance of it. Of a quantity i that is not in H, H i of A takes
         K_i times H x from x_i, and H x is the same for all of them: so most entries take two products more than in the
         short form.
-
-        Args:
-            H: H.
-            cross: P H'.
-            gain: K, of the quantities that are corrected.
-            variance: R.
         """
         known = self._in(H)
         off = {(i, k): (1.0 if i == k else 0.0) - gain[i] * H[k] for i in gain if i in known for k in known}
@@ -183,10 +159,6 @@ class Covariance:
 
         Errors of one kind add up, those of different kinds do not: what it is uncertain by other quantities counts as
         of another kind, P_11 - sum P_1i^2 / P_ii.
-
-        Args:
-            std: by which it grows.
-            given: those other quantities, independent of each other.
         """
         first = self.quantities[0]
         here = self.entries[first, first]
@@ -223,13 +195,7 @@ class Covariance:
         return Covariance(entries)
 
     def tied(self, quantity: str, std: Real, follows: Real) -> Covariance:
-        """A quantity that is unknown, and that the first one depends on: P <- P + s^2 u u', u = (follows, ..., 1, ...).
-
-        Args:
-            quantity: that has this standard deviation and depends on no other.
-            std: of it.
-            follows: derivative of the first quantity by it.
-        """
+        """A quantity that is unknown, the first one depends on: P <- P + s^2 u u', u = (follows, ..., 1, ...)."""
         first, own = self.quantities[0], scalar(1.0) * std * std
         entries = dict(self.independent(quantity, std).entries)
         entries[first, first] = entries[first, first] + follows * follows * own

@@ -14,38 +14,25 @@ from ramsight.sensor.thresholds import NOISE_AVERAGED
 
 @dataclass(frozen=True, kw_only=True)
 class ReliefLossState:
-    """A relief valve that may have let oil pass.
+    """A relief valve that may have let oil pass."""
 
-    Attributes:
-        open_for: how long it has looked open [s].
-        unobservable: whether the position is unobservable since.
-    """
-
-    open_for: Scalar = leaf("s")
-    unobservable: Flag = leaf("1")
+    open_for: Scalar = leaf("s")  # how long it has looked open [s]
+    unobservable: Flag = leaf("1")  # whether the position is unobservable since
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReckoningState:
-    """What a sensor by dead reckoning keeps.
+    """What a sensor by dead reckoning keeps."""
 
-    Attributes:
-        position: [m].
-        intake: the last sample.
-        relief: a valve that may have let oil pass.
-    """
-
-    position: Scalar = leaf("m", None, exact="sum")
-    intake: SampleState
-    relief: ReliefLossState = field(default_factory=ReliefLossState)
+    position: Scalar = leaf("m", None, exact="sum")  # [m]
+    intake: SampleState  # the last sample
+    relief: ReliefLossState = field(default_factory=ReliefLossState)  # a valve that may have let oil pass
 
 
 def relief_loss(state: ReliefLossState, sample: Sample, relief_open: Flag) -> ReliefLossState:
     """Whether the position is unobservable: the relief valve has let oil pass, and no reference came since.
 
     Args:
-        state: before the sample.
-        sample: the sample.
         relief_open: whether it looks like that; noise is distinguished from it by how long it lasts.
     """
     open_for = ca.if_else(relief_open, state.open_for + sample.elapsed, 0.0)

@@ -66,60 +66,32 @@ from ramsight.sensor.virtual_sensor import Report, Section, VirtualSensor, close
 
 @dataclass(frozen=True, kw_only=True)
 class KalmanState:
-    """What the sensor keeps from sample to sample; a part that a machine does not have is None.
+    """What the sensor keeps from sample to sample; a part that a machine does not have is None."""
 
-    Attributes:
-        position: nominal, of the likeliest hypothesis [m].
-        position_known: whether a reference has ever been accepted.
-        position_variance: over all hypotheses [m2].
-        referenced_since_power_up: whether a reference has come since it was started, or resumed.
-        magnets: of the motor.
-        intake: the last sample that counted.
-        torque_zero: of the reported torque.
-        case: of the pumps, as a heat store.
-        drive: reports that are held against each other.
-        inertia: torque against the shaft's acceleration.
-        pressures: torque against measured pressures.
-        leakage: the slow temperature.
-        warming: the smoothed thermometer.
-        load: the simulated circuit.
-        unheld: the circuit when the piston was last not held.
-        contact: what the piston does.
-        bank: hypotheses of machine and ends.
-        link: the link's angle.
-        update: what is uncertain until a reference.
-        report: what is shown.
-    """
-
-    position: Scalar = leaf("m", None, exact="sum")
-    position_known: Flag = leaf("1")
-    position_variance: Scalar = leaf("m2", variance=True)
-    referenced_since_power_up: Flag = leaf("1")
-    magnets: MagnetState | None
-    intake: IntakeState
-    torque_zero: TorqueZeroState | None
-    case: CaseState | None
-    drive: DriveState | None
-    inertia: InertiaState | None
-    pressures: PressureCheckState | None
-    leakage: LeakageState = field(default_factory=LeakageState)
-    warming: WarmingState = field(default_factory=WarmingState)
-    load: LoadState
-    unheld: UnheldState
-    contact: ContactState
-    bank: BankState = inlined()
-    link: LinkState | None
-    update: UpdateState
-    report: ReportState = field(default_factory=ReportState)
+    position: Scalar = leaf("m", None, exact="sum")  # nominal, of the likeliest hypothesis [m]
+    position_known: Flag = leaf("1")  # whether a reference has ever been accepted
+    position_variance: Scalar = leaf("m2", variance=True)  # over all hypotheses [m2]
+    referenced_since_power_up: Flag = leaf("1")  # whether a reference has come since it was started, or resumed
+    magnets: MagnetState | None  # of the motor
+    intake: IntakeState  # the last sample that counted
+    torque_zero: TorqueZeroState | None  # of the reported torque
+    case: CaseState | None  # of the pumps, as a heat store
+    drive: DriveState | None  # reports that are held against each other
+    inertia: InertiaState | None  # torque against the shaft's acceleration
+    pressures: PressureCheckState | None  # torque against measured pressures
+    leakage: LeakageState = field(default_factory=LeakageState)  # the slow temperature
+    warming: WarmingState = field(default_factory=WarmingState)  # the smoothed thermometer
+    load: LoadState  # the simulated circuit
+    unheld: UnheldState  # the circuit when the piston was last not held
+    contact: ContactState  # what the piston does
+    bank: BankState = inlined()  # hypotheses of machine and ends
+    link: LinkState | None  # the link's angle
+    update: UpdateState  # what is uncertain until a reference
+    report: ReportState = field(default_factory=ReportState)  # what is shown
 
     @classmethod
     def initial(cls, model: MachineModel, measured: tuple[str, ...]) -> KalmanState:
-        """Before the first sample.
-
-        Args:
-            model: of the machine.
-            measured: further inputs.
-        """
+        """Before the first sample."""
         assumed, stroke = model.assumed, float(model.unit.cylinder.stroke)
         load = LoadState.initial(model)
         linked = LINK_ANGLE in measured
@@ -159,34 +131,21 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None, kinds: S
 
 @dataclass(frozen=True)
 class Passage:
-    """A sample's way through the stages.
+    """A sample's way through the stages."""
 
-    Attributes:
-        pipe: the stages.
-        initial: state before the first sample.
-        before, after: state before and after this one.
-        at: the balance's step.
-        predicted: the hypotheses before any measurement.
-        came_to: nominal position before any measurement [m].
-        updated: what is known after it.
-        outcome: the position after it.
-        aside: what is said of the sample whatever the hypotheses say.
-        said: what is reported.
-        sections: what each stage leads to.
-    """
-
-    pipe: Pipe
-    initial: KalmanState
+    pipe: Pipe  # the stages
+    initial: KalmanState  # state before the first sample
+    # before, after: state before and after this one
     before: KalmanState
     after: KalmanState
-    at: Prediction
-    predicted: Predicted
-    came_to: Scalar
-    updated: Updated
-    outcome: Outcome
-    aside: Aside
-    said: Report
-    sections: Sequence[Section]
+    at: Prediction  # the balance's step
+    predicted: Predicted  # the hypotheses before any measurement
+    came_to: Scalar  # nominal position before any measurement [m]
+    updated: Updated  # what is known after it
+    outcome: Outcome  # the position after it
+    aside: Aside  # what is said of the sample whatever the hypotheses say
+    said: Report  # what is reported
+    sections: Sequence[Section]  # what each stage leads to
 
     def sensor(self) -> VirtualSensor:
         """The compiled recursion of all stages."""
@@ -196,28 +155,19 @@ class Passage:
 
 @dataclass(frozen=True)
 class Pipe:
-    """The stages of a machine's sensor.
+    """The stages of a machine's sensor."""
 
-    Attributes:
-        model: of the machine.
-        lever: position over the link's angle, where that is measured.
-        raw: the sample.
-        measured: further inputs.
-    """
-
-    model: MachineModel
-    lever: Lever | None
-    raw: Raw
-    measured: tuple[str, ...]
+    model: MachineModel  # of the machine
+    lever: Lever | None  # position over the link's angle, where that is measured
+    raw: Raw  # the sample
+    measured: tuple[str, ...]  # further inputs
 
     @classmethod
     def of(cls, unit: HydraulicUnit, assumptions: Assumptions | None = None, kinds: Sequence[Kind] = KINDS) -> Pipe:
         """Of a unit.
 
         Args:
-            unit: the unit's parts.
             assumptions: of drive, thermometer, machine and stops; by default what the unit declares.
-            kinds: of the hypotheses.
         """
         assumed = assumptions or unit.assumptions
         lever = _lever(unit, assumed)

@@ -21,13 +21,7 @@ from ramsight.sensor.virtual_sensor import VirtualSensor
 
 
 def kept_sensor(kind: str, unit: HydraulicUnit, make: Callable[[HydraulicUnit], VirtualSensor]) -> VirtualSensor:
-    """A sensor of a unit: as it was kept, or made and kept.
-
-    Args:
-        kind: its name.
-        unit: the unit it watches.
-        make: makes one of it.
-    """
+    """A sensor of a unit: as it was kept, or made and kept."""
     return kept(
         key_of(f"sensor_{kind}", unit),
         lambda: make(unit),

@@ -27,46 +27,28 @@ class MachineModel:
     """A machine as a sensor has it.
 
     The symbols are parameters of the recursion, so that one graph serves every machine with the circuit.
-
-    Attributes:
-        unit: its parts, as described.
-        assumed: what is assumed of drive, thermometer, machine and stops.
-        balance: of the circuit.
-        limits: of the unit.
-        table: all parameters by name.
-        circuit: the circuit's parameters, in the balance's order.
-        travel_per_radian: of the piston, by the motor's angle [m/rad].
-        stroke: of the cylinder [m].
-        stop_stiffness: of its ends [N/m].
-        relief_load: that the relief valves carry against lifting [N].
-        relief_pull: that they carry the other way [N].
-        relief_torque: of the motor at that load [N m].
-        largest_torque: of the motor at relief pressure on either side [N m].
-        max_speed: of the motor [rad/s].
-        leak_velocity: of the piston by leakage at relief pressure and 40 degC [m/s].
-        mass: that the piston moves [kg].
-        trapped: volume [m3] and capacity [m3/Pa] of the oil that is shut in with the load at rest, each with the piston
-            at 0 and at the end of its stroke.
-        kinds: of the hypotheses that the sensor weighs, in the order of `Kind`, the first and the last among them.
     """
 
-    unit: HydraulicUnit
-    assumed: Assumptions
-    balance: Balance
-    limits: Limits
-    table: Parameters = field(repr=False)
-    circuit: tuple[Scalar, ...] = field(repr=False)
-    travel_per_radian: Scalar
-    stroke: Scalar
-    stop_stiffness: Scalar
-    relief_load: Scalar
-    relief_pull: Scalar
-    relief_torque: Scalar
-    largest_torque: Scalar
-    max_speed: Scalar
-    leak_velocity: Scalar
-    mass: Scalar
+    unit: HydraulicUnit  # its parts, as described
+    assumed: Assumptions  # what is assumed of drive, thermometer, machine and stops
+    balance: Balance  # of the circuit
+    limits: Limits  # of the unit
+    table: Parameters = field(repr=False)  # all parameters by name
+    circuit: tuple[Scalar, ...] = field(repr=False)  # the circuit's parameters, in the balance's order
+    travel_per_radian: Scalar  # of the piston, by the motor's angle [m/rad]
+    stroke: Scalar  # of the cylinder [m]
+    stop_stiffness: Scalar  # of its ends [N/m]
+    relief_load: Scalar  # that the relief valves carry against lifting [N]
+    relief_pull: Scalar  # that they carry the other way [N]
+    relief_torque: Scalar  # of the motor at that load [N m]
+    largest_torque: Scalar  # of the motor at relief pressure on either side [N m]
+    max_speed: Scalar  # of the motor [rad/s]
+    leak_velocity: Scalar  # of the piston by leakage at relief pressure and 40 degC [m/s]
+    mass: Scalar  # that the piston moves [kg]
+    # trapped: volume [m3] and capacity [m3/Pa] of the oil that is shut in with the load at rest, each with the piston
+    # at 0 and at the end of its stroke
     trapped: tuple[tuple[Scalar, Scalar], tuple[Scalar, Scalar]]
+    # kinds: of the hypotheses that the sensor weighs, in the order of `Kind`, the first and the last among them
     kinds: tuple[Kind, ...] = KINDS
 
     @classmethod
@@ -76,7 +58,6 @@ class MachineModel:
         """The model of a unit.
 
         Args:
-            unit: its parts, as described.
             assumed: what is assumed; by default what the unit declares.
             balance: of the circuit, if it is another one than the unit's own.
         """
@@ -159,8 +140,6 @@ def delivers(balance: Balance, node: str, way: float) -> bool:
     """Whether the pumps press oil into a node while the motor turns one way and the piston is held.
 
     Args:
-        balance: of the unit.
-        node: of the circuit.
         way: +1 or -1, the sign of the motor's speed, or of a directional valve's command: 1 extends.
     """
     place = balance.states.index(f"pressure_{node}")

@@ -37,17 +37,11 @@ _DIGEST = 32
 
 @dataclass(frozen=True)
 class Slot:
-    """A slot that is whole.
+    """A slot that is whole."""
 
-    Attributes:
-        number: of the save.
-        made: random number of the file.
-        state: of the sensor.
-    """
-
-    number: int
-    made: bytes
-    state: dict[str, float]
+    number: int  # of the save
+    made: bytes  # random number of the file
+    state: dict[str, float]  # of the sensor
 
 
 Slots = dict[int, Slot]
@@ -59,15 +53,10 @@ class StateError(RamsightError):
 
 @dataclass(frozen=True)
 class Resumed:
-    """What became of a state file.
+    """What became of a state file."""
 
-    Attributes:
-        found: whether there was a state to resume.
-        older: whether a slot is damaged or missing, so that the position of the other one could not be trusted.
-    """
-
-    found: bool
-    older: bool
+    found: bool  # whether there was a state to resume
+    older: bool  # whether a slot is damaged or missing, so that the position of the other one could not be trusted
 
 
 class StateFile:
@@ -78,7 +67,6 @@ class StateFile:
 
     Args:
         path: the file; made by the first `save`, or by `hold`.
-        sensor: whose state it is.
         instance: which of several machines or cylinders with the same numbers it is, for example the unit's name.
 
     Raises:

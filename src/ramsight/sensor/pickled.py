@@ -32,12 +32,7 @@ def taken_apart(sensor: Any) -> dict[str, Any]:
 
 
 def put_together(kind: type[Any], parts: dict[str, Any]) -> Any:
-    """The sensor again.
-
-    Args:
-        kind: its class.
-        parts: of `taken_apart`.
-    """
+    """The sensor again."""
     parts = dict(parts)
     step, titles = ca.Function.deserialize(parts.pop("step")), parts.pop("sections")
     x, u, p = (ca.SX.sym(name, step.numel_in(k)) for k, name in enumerate("xup"))

@@ -57,11 +57,5 @@ Values = Mapping[Quantity, Scalar]
 
 
 def along(row: Row, values: Mapping[Quantity, Real], point: Mapping[Quantity, Real]) -> Real:
-    """How far something changes when quantities are other than those it was worked out with.
-
-    Args:
-        row: its derivatives.
-        values: the quantities.
-        point: the values that it was worked out with.
-    """
+    """How far something changes when quantities are other than those it was worked out with."""
     return sum(by * (values[one] - point[one]) for one, by in row.items())

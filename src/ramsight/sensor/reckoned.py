@@ -46,51 +46,33 @@ _LEAK, _DISPLACEMENT = FACTORS.index("leak"), FACTORS.index("displacement")
 
 @dataclass(frozen=True, kw_only=True)
 class CountedReport:
-    """What is reported.
+    """What is reported."""
 
-    Attributes:
-        velocity: smoothed [m/s].
-    """
-
-    velocity: Scalar = leaf("m/s")
+    velocity: Scalar = leaf("m/s")  # smoothed [m/s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class CountedState:
-    """What a sensor that counts keeps.
+    """What a sensor that counts keeps."""
 
-    Attributes:
-        position: [m].
-        position_known: whether one has ever been known.
-        position_variance: at the last reference, and by what adds up without a sign since [m2].
-        referenced_since_power_up: whether a reference has come since power-up.
-        by_leak: what the position has changed by since the reference for the leakage's factor [m].
-        by_displacement: the same for the displacement's [m].
-        intake: the last sample.
-        warming: the smoothed thermometer, where the oil expands.
-        load: the simulated circuit.
-        relief: a valve that may have let oil pass.
-        report: what is reported.
-    """
-
-    position: Scalar = leaf("m", None, exact="sum")
-    position_known: Flag = leaf("1")
+    position: Scalar = leaf("m", None, exact="sum")  # [m]
+    position_known: Flag = leaf("1")  # whether one has ever been known
+    # position_variance: at the last reference, and by what adds up without a sign since [m2]
     position_variance: Scalar = leaf("m2", variance=True)
-    referenced_since_power_up: Flag = leaf("1")
-    by_leak: Scalar = leaf("m")
-    by_displacement: Scalar = leaf("m")
-    intake: IntakeState
-    warming: WarmingState | None
-    load: LoadState
-    relief: ReliefLossState = field(default_factory=ReliefLossState)
-    report: CountedReport = field(default_factory=CountedReport)
+    referenced_since_power_up: Flag = leaf("1")  # whether a reference has come since power-up
+    by_leak: Scalar = leaf("m")  # what the position has changed by since the reference for the leakage's factor [m]
+    by_displacement: Scalar = leaf("m")  # the same for the displacement's [m]
+    intake: IntakeState  # the last sample
+    warming: WarmingState | None  # the smoothed thermometer, where the oil expands
+    load: LoadState  # the simulated circuit
+    relief: ReliefLossState = field(default_factory=ReliefLossState)  # a valve that may have let oil pass
+    report: CountedReport = field(default_factory=CountedReport)  # what is reported
 
 
 def reckoned(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> VirtualSensor:
     """The sensor of a unit that counts from one reference to the next.
 
     Args:
-        unit: the unit's parts, as its data sheet has them, whatever its circuit.
         assumptions: of drive and machine; by default what the unit declares.
     """
     model = MachineModel.of(unit, assumptions)

@@ -29,27 +29,20 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MovementTable:
-    """Movement per motor angle in both directions.
+    """Movement per motor angle in both directions."""
 
-    Args:
-        unit: name of the unit it was made for.
-        motor_speed: magnitude of the speed at which it was made [rad/s].
-        temperature: [K], increasing, shape (t,).
-        lift_torque, lower_torque: motor torque [N m], increasing, shape (n,).
-        lift, lower: piston movement per motor angle [m/rad], shape (t, n), positive where positive speed extends.
-        lift_sign: +1 if positive motor speed lifts, else -1.
-        relief_torque: magnitude of the torque at which the relief valve begins to open while lifting [N m]; infinite
-            if no load of the calibration opened it.
-    """
-
-    unit: str
-    motor_speed: float
-    temperature: Array
+    unit: str  # name of the unit it was made for
+    motor_speed: float  # magnitude of the speed at which it was made [rad/s]
+    temperature: Array  # [K], increasing, shape (t,)
+    # lift_torque, lower_torque: motor torque [N m], increasing, shape (n,)
     lift_torque: Array
+    # lift, lower: piston movement per motor angle [m/rad], shape (t, n), positive where positive speed extends
     lift: Array
     lower_torque: Array
     lower: Array
-    lift_sign: float
+    lift_sign: float  # +1 if positive motor speed lifts, else -1
+    # relief_torque: magnitude of the torque at which the relief valve begins to open while lifting [N m]; infinite if
+    # no load of the calibration opened it
     relief_torque: float = math.inf
 
 

@@ -67,13 +67,6 @@ class StartError(RamsightError):
 class Estimate:
     """What a sensor reports after a sample.
 
-    Attributes:
-        position: [m]; NaN as long as it is unknown.
-        position_std: its standard deviation [m]; NaN if the sensor does not know it.
-        velocity: [m/s]; NaN if unknown.
-        load: [N], positive against lifting; NaN if unknown.
-        status: whether to rely on it, and why not.
-
     Example:
         >>> import ramsight
         >>> sensor = ramsight.sensor_for("mining-loader", unit="boom")
@@ -83,27 +76,23 @@ class Estimate:
         (0.1, 0.0021, 'uncertain: reference due')
     """
 
-    position: float
-    position_std: float
-    velocity: float
-    load: float
-    status: Status
+    position: float  # [m]; NaN as long as it is unknown
+    position_std: float  # its standard deviation [m]; NaN if the sensor does not know it
+    velocity: float  # [m/s]; NaN if unknown
+    load: float  # [N], positive against lifting; NaN if unknown
+    status: Status  # whether to rely on it, and why not
 
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a sensor's step; exported C has a heading for each.
+    """A part of a sensor's step; exported C has a heading for each."""
 
-    Attributes:
-        title: of the part.
-        found: what it leads to, expressions or objects that hold some; what is needed for it belongs to this part,
-            unless it was needed before.
-        alike: stages of several of a kind, as of the hypotheses, which are worked out alike: exported C has what leads
-            from one stage to the next once for all of them.
-    """
-
-    title: str
+    title: str  # of the part
+    # found: what it leads to, expressions or objects that hold some; what is needed for it belongs to this part,
+    # unless it was needed before
     found: object
+    # alike: stages of several of a kind, as of the hypotheses, which are worked out alike: exported C has what leads
+    # from one stage to the next once for all of them
     alike: tuple[Sequence[object], ...] = ()
 
     @property
@@ -120,25 +109,15 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """What a sensor reports after a sample; a number where it is never known.
+    """What a sensor reports after a sample; a number where it is never known."""
 
-    Attributes:
-        position: [m].
-        std: of it [m].
-        velocity: [m/s].
-        load: [N].
-        status: as a number.
-        more: further outputs with their units.
-        known: whether there is a position; None where there always is.
-    """
-
-    position: Scalar
-    std: Real
-    velocity: Real
-    load: Real
-    status: Scalar
-    more: Mapping[str, tuple[Scalar, str]] = field(default_factory=dict)
-    known: Flag | None = None
+    position: Scalar  # [m]
+    std: Real  # of it [m]
+    velocity: Real  # [m/s]
+    load: Real  # [N]
+    status: Scalar  # as a number
+    more: Mapping[str, tuple[Scalar, str]] = field(default_factory=dict)  # further outputs with their units
+    known: Flag | None = None  # whether there is a position; None where there always is
 
     @property
     def outputs(self) -> list[Real]:
@@ -170,18 +149,7 @@ def close(
     report: Report,
     sections: Sequence[Section] = (),
 ) -> VirtualSensor:
-    """A sensor of its state, its inputs and its outputs.
-
-    Args:
-        kind: the sensor's name.
-        parameters: of its machine.
-        raw: its inputs.
-        initial: state before the first sample.
-        before: the state's symbols.
-        after: expressions of the state after a sample.
-        report: its outputs.
-        sections: parts of its step, in order; the last part needs none.
-    """
+    """A sensor of its state, its inputs and its outputs."""
     states = tuple(leaves(initial))
     names = [one.name for one in leaves(after)]
     if names != [one.name for one in states]:
@@ -224,25 +192,16 @@ def _expressions(found: object) -> Iterator[Any]:
 
 @dataclass
 class VirtualSensor:
-    """Position from motor speed, motor torque and oil temperature.
+    """Position from motor speed, motor torque and oil temperature."""
 
-    Args:
-        kind: its name, for example ``balance``.
-        recursion: its step.
-        parameters: values of the recursion's parameters.
-        initial: states before the first sample.
-        units: of its outputs.
-        states: what is declared of each state, in the recursion's order.
-        sections: gives the parts of the step in order, each a title, what it leads to, and rows of what is worked out
-            alike; the last part needs none.
-    """
-
-    kind: str
-    recursion: Recursion
-    parameters: Array
-    initial: Array
-    units: Mapping[str, str]
-    states: tuple[Leaf, ...] = field(repr=False)
+    kind: str  # its name, for example ``balance``
+    recursion: Recursion  # its step
+    parameters: Array  # values of the recursion's parameters
+    initial: Array  # states before the first sample
+    units: Mapping[str, str]  # of its outputs
+    states: tuple[Leaf, ...] = field(repr=False)  # what is declared of each state, in the recursion's order
+    # sections: gives the parts of the step in order, each a title, what it leads to, and rows of what is worked out
+    # alike; the last part needs none
     sections: Callable[[], tuple[tuple[str, Any, Any], ...]] = field(default=tuple, repr=False)
     _state: Array = field(init=False, repr=False)
     _says: Array = field(init=False, repr=False)
@@ -416,9 +375,7 @@ def said_signals(sensor: VirtualSensor, time: Signal, columns: Mapping[str, Arra
     """What a sensor said of samples, with units.
 
     Args:
-        sensor: that said it.
         time: of the samples [s].
-        columns: values by the names of its outputs.
     """
     found = {"time": time}
     for name, values in columns.items():
@@ -450,10 +407,6 @@ def log_inputs(sensor: VirtualSensor, log: Samples) -> Array:
 
 def impossible(sensor: VirtualSensor, state: Mapping[str, float]) -> str:
     """Why a sensor cannot have a state, for example one read from a file; empty if it can.
-
-    Args:
-        sensor: whose state it would be.
-        state: a value for each of its states.
 
     Example:
         >>> from ramsight import machine

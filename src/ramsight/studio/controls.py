@@ -34,12 +34,7 @@ class Controls:
         self._build_sensors()
 
     def follow(self, settings: Mapping[str, Any], *, levers: bool) -> None:
-        """Show what the machine is set to, without setting it again.
-
-        Args:
-            settings: of a `worker.Frame`.
-            levers: whether the levers are in the middle again.
-        """
+        """Show what the machine is set to, without setting it again."""
         self._quiet = True
         for knob in KNOBS:
             self._knobs[knob.name].set_value(knob.shown(settings["knobs"][knob.name]))
@@ -173,11 +168,6 @@ def labelled(words: str, unit: str, least: float, most: float, first: float, ste
 
     Args:
         words: beside the slider, and its name for whoever does not see them.
-        unit: of its value.
-        least: its lower end.
-        most: its upper end.
-        first: the value that it begins with.
-        step: what a key moves it by.
     """
     with ui.row().classes("w-full justify-between text-sm gap-1"):
         ui.label(f"{words} [{unit}]")

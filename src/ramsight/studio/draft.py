@@ -115,9 +115,6 @@ def edited(text: str, machine: Machine, path: str, value: str | None = None, sou
     """A description's text after an edit; comments are lost.
 
     Args:
-        text: TOML that can be read.
-        machine: as in `rows`.
-        path: of the value.
         value: as it is to stand there; "" takes it away, so that the catalogue's or the default holds. A new value
             loses its source. None leaves it.
         source: where it comes from; None leaves that.

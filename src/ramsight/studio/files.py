@@ -15,13 +15,7 @@ _shared: dict[str, dict[str, Path]] = {}
 
 @app.get("/files/{token}/{name}")
 def shared(token: str, name: str, save: bool = False) -> Response:
-    """A file, for whom its address was made.
-
-    Args:
-        token: of the visitor.
-        name: of the file.
-        save: whether the browser is to save it.
-    """
+    """A file, for whom its address was made."""
     file = _shared.get(token, {}).get(name)
     if file is None or not file.is_file():
         return Response("no such file", status_code=404)

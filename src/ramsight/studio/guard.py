@@ -70,12 +70,7 @@ class Guard:
             await _answer(send, *refused)
 
     def refused(self, headers: MutableMapping[str, str], query: str) -> tuple[int, str] | None:
-        """Why a request is not answered, as status and words; None if it is.
-
-        Args:
-            headers: of the request, names in small letters.
-            query: of its address.
-        """
+        """Why a request is not answered, as status and words; None if it is."""
         host = headers.get("host", "")
         if self.token is None and _name(host) not in LOOPBACK:
             return 421, "this studio answers to names of its own machine only"

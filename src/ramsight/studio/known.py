@@ -35,7 +35,6 @@ class Known:
     """What a kalman sensor knows while it runs.
 
     Args:
-        sensor: that runs.
         stroke: of its cylinder [m].
 
     Example:
@@ -66,7 +65,6 @@ class Known:
 
         Args:
             time: [s].
-            said: its newest estimate.
             referred: when it was given a reference last [s]; NaN never.
 
         Returns:
@@ -133,12 +131,7 @@ class Known:
 
     @staticmethod
     def surer(*, known: bool, chances: dict[Kind, float]) -> str:
-        """What would make a sensor surer.
-
-        Args:
-            known: whether it has a position.
-            chances: of its hypotheses.
-        """
+        """What would make a sensor surer."""
         if not known:
             return _NEXT[Kind.UNKNOWN_POSITION]
         others = {kind: chance for kind, chance in chances.items() if kind in _NEXT and chance > OTHERWISE}
@@ -153,10 +146,7 @@ def known_along(
     """What a kalman sensor knows while it goes through a log: at its first sample, evenly over it, and at its last.
 
     Args:
-        sensor: started where the log begins.
-        log: of the drive.
         stroke: of the cylinder [m].
-        looks: how often at most.
 
     Yields:
         A time [s], and what `Known.look` finds then.

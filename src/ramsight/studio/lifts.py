@@ -25,7 +25,6 @@ class Lifts:
     """Weighs what is lifted.
 
     Args:
-        machine: with a mechanism that has a payload.
         period: of the samples [s].
 
     Example:

@@ -6,11 +6,7 @@ from nicegui import ui
 
 
 def lifts_panel(unit: str) -> None:
-    """The newest weighing with its picture, those before it, and the total.
-
-    Args:
-        unit: that lifts.
-    """
+    """The newest weighing with its picture, those before it, and the total."""
     with ui.element("section").classes("panel lifts").props('id=lifts aria-label="what it lifts"'):
         ui.html("<h2>What it lifts</h2>", sanitize=False)
         ui.label(

@@ -44,8 +44,6 @@ def live_page(
     """Build the page for one visitor.
 
     Args:
-        prepared: the machine.
-        session: the process in which it runs for him.
         setting: in which it begins; if no scenario plays it stands, with its controls.
         laid_out: is called once the page and its machine in space are there.
         can_link: whether a link leads to this machine: one that is described in this page alone has none.

@@ -244,11 +244,6 @@ _SENSORS = {"oil temperature": "assumptions.thermometer", "pressure_a": "assumpt
 def section_of(unit: str, part: str, groups: Collection[str]) -> str | None:
     """The table of a description that describes a part of a circuit; None if there is none.
 
-    Args:
-        unit: name of the unit.
-        part: as its drawing names it.
-        groups: tables that the description has, dotted.
-
     Example:
         >>> groups = ["units.boom", "units.boom.relief_valve", "units.boom.pump_a", "units.boom.hose"]
         >>> [section_of("boom", part, groups) for part in ("pump_a", "relief_b", "hose_a", "load")]
@@ -261,10 +256,6 @@ def section_of(unit: str, part: str, groups: Collection[str]) -> str | None:
 
 def circuit_menu(machine: Machine, groups: Collection[str]) -> str:
     """The circuits of all units as HTML, each part a button with `data-section`.
-
-    Args:
-        machine: whose circuits they are.
-        groups: tables that its description has, dotted.
 
     Raises:
         RamsightError: a unit cannot be built or drawn.

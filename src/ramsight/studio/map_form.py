@@ -68,7 +68,6 @@ def with_entry(text: str, role: str, said: Entry) -> str:
 
     Args:
         text: the map; it stays as it is where it is no TOML.
-        role: of `ROLES`.
         said: the entry; without a channel and a constant temperature there is none.
 
     Example:
@@ -120,7 +119,6 @@ class MapForm:
 
     Args:
         text: gives the map's text as it is now; it may have been edited beside the form.
-        changed: is passed the map's text after each change.
     """
 
     def __init__(self, text: Callable[[], str], changed: Callable[[str], object]) -> None:

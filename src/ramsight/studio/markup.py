@@ -11,7 +11,6 @@ def served_under(prefix: str, path: str) -> str:
 
     Args:
         prefix: of the proxy, as the header ``X-Forwarded-Prefix`` states it; anybody can send it.
-        path: of the file.
 
     Example:
         >>> served_under("/rig", "/studio-assets/studio.js"), served_under('"><script>', "/studio-assets/studio.js")
@@ -23,10 +22,6 @@ def served_under(prefix: str, path: str) -> str:
 
 def scrolled(text: str, name: str) -> str:
     """Lines as they are, which may be wider than the page: whoever has no mouse gets there with keys and scrolls.
-
-    Args:
-        text: the lines.
-        name: what they are, for whoever does not see them.
 
     Example:
         >>> scrolled("a < b", "a comparison")

@@ -41,23 +41,16 @@ class _Hand:
 class Playing:
     """A duty of all units of a machine.
 
-    Args:
-        name: of `DUTIES`.
-        speeds: motor speed at a lever's end [rad/s], by unit.
-
-    Attributes:
-        load: over the largest that is to be carried now; None to leave it.
-
     Example:
         >>> hand = Playing("lift and lower", {"ram": 1.0}, {"ram": 200.0})
         >>> hand.levers({"ram": 0.5}, 0.02), hand.levers({"ram": 0.9}, 0.02), hand.levers({"ram": 0.9}, 3.0)
         ({'ram': 1.0}, {'ram': 0.0}, {'ram': -1.0})
     """
 
-    name: str
+    name: str  # of `DUTIES`
     lift_signs: Mapping[str, float]
-    speeds: Mapping[str, float]
-    load: float | None = None
+    speeds: Mapping[str, float]  # motor speed at a lever's end [rad/s], by unit
+    load: float | None = None  # over the largest that is to be carried now; None to leave it
     _hands: dict[str, _Hand] = field(default_factory=dict)
     _cycles: int = 0
 
@@ -71,7 +64,6 @@ class Playing:
         """Where the levers are now, −1 to 1, positive extending.
 
         Args:
-            shares: where the pistons are, over their strokes, by unit.
             period: since the last call [s].
         """
         return {unit: self._lever(unit, hand, shares[unit], period) for unit, hand in self._hands.items()}

@@ -24,13 +24,7 @@ _KNOBS = {one.name: one for one in KNOBS}
 
 
 class RacePanel:
-    """Sensors beside each other on one machine; `race.js` fills the numbers in.
-
-    Args:
-        say: passes a command to the machine.
-        begin: has the machine begin again, with nothing that plays.
-        controls: of the machine, which show what a button sets.
-    """
+    """Sensors beside each other on one machine; `race.js` fills the numbers in."""
 
     def __init__(self, say: Callable[..., None], begin: Callable[[], None], controls: Controls) -> None:
         self._say, self._begin, self._controls = say, begin, controls
@@ -69,11 +63,7 @@ class RacePanel:
         return self._buttons[name].props.get("aria-pressed") == "true"
 
     def show(self, settings: Mapping[str, Any]) -> None:
-        """Mark what is wrong now.
-
-        Args:
-            settings: of a `worker.Frame`.
-        """
+        """Mark what is wrong now."""
         knobs, faults = settings["knobs"], settings["faults"]
         for name, button in self._buttons.items():
             what, value = _TROUBLES[name]

@@ -195,7 +195,6 @@ class Rig:
         """Start sensors again at the true positions: a value that is no number has ended the plain balance.
 
         Args:
-            kinds: of them; all if none is named.
             off: by which the positions are wrong, further in where there is no room further out [m].
         """
         std = UNSURE if off else START_STD
@@ -328,7 +327,6 @@ class Rig:
         """What the kalman sensor of a unit knows; None while there is none or its drive is silent.
 
         Args:
-            name: of the unit.
             time: now [s].
         """
         sensor, said = self.sensors[name].get("kalman"), self._last[name].get("kalman")

@@ -23,13 +23,7 @@ class Running:
     """The first tab.
 
     Args:
-        panel: where it is built.
-        prepared: the machine that runs at first.
-        session: in which it does.
         place: of the visitor, with the session that is ended when he goes.
-        naming: is passed the machine's name whenever another one runs.
-        setting: in which it begins.
-        laid_out: is called once the page of the first machine is there.
     """
 
     def __init__(
@@ -47,9 +41,6 @@ class Running:
 
     async def another(self, machine: Machine) -> Problem | None:
         """Let another machine run; the one before runs until that one is ready, and goes on if it cannot.
-
-        Args:
-            machine: the other one.
 
         Returns:
             Why it cannot run; None if it does.

@@ -147,11 +147,7 @@ def _visible(bodies: Mapping[str, Any], is_seen: bool) -> None:
 
 
 class MachineScene:
-    """A scene of one machine.
-
-    Args:
-        linked: its mechanism; without one a cylinder on a bench is drawn.
-    """
+    """A scene of one machine."""
 
     def __init__(self, machine: Machine, linked: LinkedMachine | None) -> None:
         self._linked, self._times = linked, 1.0

@@ -21,9 +21,6 @@ _WAITING = 4  # frames that wait for a page; older ones are dropped, as of a pag
 class Session:
     """One machine that runs for one page.
 
-    Args:
-        machine: what is described, or a description file, or a catalogue name.
-
     Attributes:
         about: name, units and strokes; None until it is ready.
         ended: why it has ended, in words; "" while it has not.

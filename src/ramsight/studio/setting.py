@@ -141,7 +141,6 @@ def query_of(settings: Mapping[str, Any], scenario: str | None, machine: str | N
     """The query of a link to a machine as it is set; the page adds what it alone knows.
 
     Args:
-        settings: of a `worker.Frame`.
         scenario: that plays, which sets all the rest; None for none.
         machine: its name in the catalogue; None for the one that the studio was opened with.
 

@@ -27,11 +27,7 @@ def taken(queue: deque[Said]) -> list[Said]:
 
 
 class Spawned:
-    """A process that runs a function; ended, it leaves no process and no file descriptor.
-
-    Args:
-        arguments: that can be sent to a process.
-    """
+    """A process that runs a function; ended, it leaves no process and no file descriptor."""
 
     def __init__(self, work: Callable[..., None], *arguments: Any, name: str) -> None:
         self._process = multiprocessing.get_context("spawn").Process(
@@ -88,7 +84,6 @@ class Job:
     Args:
         work: a function of a module; it gets `say(what, value)`, with which it reports its progress, and the
             arguments. A `RamsightError` is said as ``error``, in words.
-        arguments: that can be sent to a process.
     """
 
     def __init__(self, work: Callable[..., None], *arguments: Any) -> None:

@@ -15,11 +15,7 @@ _NOTHING = "<p>No scenario plays. Choose one below, or move the machine with the
 
 
 class StoryPanel:
-    """The panel that a page opens on.
-
-    Args:
-        play: is passed the name of a scenario that is to play.
-    """
+    """The panel that a page opens on."""
 
     def __init__(self, play: Callable[[str], None]) -> None:
         self._shown: tuple[str, int] | None = None
@@ -55,9 +51,6 @@ class StoryPanel:
 
     def show(self, telling: Mapping[str, Any] | None) -> bool:
         """Show how far a scenario is.
-
-        Args:
-            telling: of a `worker.Frame`.
 
         Returns:
             Whether it has gone on since the last call.

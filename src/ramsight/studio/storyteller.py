@@ -88,11 +88,7 @@ class Telling:
 
 
 class Storyteller:
-    """Plays one scenario on the first unit of a rig.
-
-    Args:
-        rig: the machine; it begins again.
-    """
+    """Plays one scenario on the first unit of a rig."""
 
     def __init__(self, rig: Rig, name: str, scenario: Scenario) -> None:
         self._rig, self._scenario, self._unit = rig, scenario, next(iter(rig.sheet))

@@ -99,12 +99,7 @@ async def _save(session: Session, unit: str, button: ui.button) -> None:
 
 
 async def saved_run(session: Session, unit: str) -> bytes | str | None:
-    """The run of a unit as a ZIP file, or why there is none; None if nothing has come in time.
-
-    Args:
-        session: of the machine.
-        unit: of it.
-    """
+    """The run of a unit as a ZIP file, or why there is none; None if nothing has come in time."""
     session.saved.pop(unit, None)
     session.say("save", unit)
     waited = 0.0

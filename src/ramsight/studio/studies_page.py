@@ -183,13 +183,7 @@ class Wanted:
 
 
 def fill(say: Say, wanted: Wanted, below: Path) -> None:
-    """Do a study; says ``begun`` (its quantities), ``so far`` again and again, and ``written`` (the folder).
-
-    Args:
-        say: is passed what becomes of it.
-        wanted: the study.
-        below: folder that its own is made in.
-    """
+    """Do a study; says ``begun`` (its quantities), ``so far`` again and again, and ``written`` (the folder)."""
     out = wanted.folder(below)
     out.mkdir(exist_ok=True)
     whole = _study(wanted, wanted.machines)

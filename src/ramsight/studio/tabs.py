@@ -30,11 +30,6 @@ def tabs(
     """Lay the tabs out for one visitor.
 
     Args:
-        prepared: the machine that he begins with.
-        session: in which it runs.
-        place: of the visitor.
-        naming: is passed the name of the machine that runs.
-        setting: in which it begins.
         history: store of histories that is shown, or None.
     """
     visit = Visit(prepared.described, history)

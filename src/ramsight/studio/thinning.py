@@ -17,7 +17,6 @@ def keep(folder: Path, columns: Mapping[str, Floats]) -> None:
     """Keep columns, a file each, so that a part of them can be read without the rest.
 
     Args:
-        folder: to be made.
         columns: `time` and others, all of one shape (n,).
     """
     folder.mkdir(exist_ok=True)
@@ -37,7 +36,6 @@ def thinned(
 
     Args:
         columns: `time` [s], increasing, and others, all of one shape (n,).
-        pixels: of the picture.
         begin: [s]; None for the first there is.
         end: [s]; None for the last.
 

@@ -34,8 +34,6 @@ class Transducer:
         Args:
             time: [s].
             position: the true one [m].
-            sensor: the virtual one.
-            said: what it reports at this sample.
         """
         shown = position + self.slipped
         verdict = self._pair.step(time, said.position, sensor.says(BOUND), int(said.status), shown)

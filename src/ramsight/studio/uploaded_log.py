@@ -257,7 +257,6 @@ def references(log: Dataset, found: Dataset, known: Dataset | None, stroke: floa
     Args:
         log: with `motor_speed` [rad/s], and `reference` [m] if it has any.
         found: its track, with `mode` if the sensor reports one.
-        known: the true position, if it is known.
         stroke: of the cylinder [m].
     """
     rows = []
@@ -316,12 +315,7 @@ def _plain(value: float) -> float | None:
 
 @contextmanager
 def _answering(folder: Path, say: Say) -> Iterator[Say]:
-    """Say results, what was warned of in the end, or the error, in words that name no folder of the server.
-
-    Args:
-        folder: of the log; the other files lie in folders beside it.
-        say: what takes the words.
-    """
+    """Say results, what was warned of in the end, or the error, in words that name no folder of the server."""
 
     def plain(text: object) -> str:
         words = str(text).replace(f"{folder}{os.sep}", "")

@@ -14,7 +14,6 @@ class Visit:
     """One visitor: his machine, and a folder of his own as long as his page is open.
 
     Args:
-        machine: that he begins with.
         history: store of histories that is shown, or None.
 
     Attributes:

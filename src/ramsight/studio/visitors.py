@@ -13,9 +13,6 @@ MOST = 8
 class Visitors:
     """Counts them.
 
-    Args:
-        most: that are let in.
-
     Example:
         >>> visitors = Visitors(1)
         >>> visitors.come(), visitors.come(), visitors.go(), visitors.come()
@@ -47,9 +44,6 @@ class Visitors:
 
 class Place:
     """The place of one visitor who was let in: another one gets it once his machine's process has ended.
-
-    Args:
-        visitors: that he is one of.
 
     Attributes:
         session: his machine; None before it is started.

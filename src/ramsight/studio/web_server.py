@@ -71,9 +71,6 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
     Args:
         machine: a description file, or a catalogue name; it is checked before anything is served.
         host: address to listen at; any that is not this machine's own asks for a token.
-        port: to listen at.
-        show: whether to open a browser.
-        visitors: that are let in at a time.
         history: store of histories that a tab shows; None for none.
 
     Raises:

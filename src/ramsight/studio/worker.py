@@ -70,12 +70,7 @@ class Frame:
 
 
 def run(pipe: Connection, machine: Machine | str) -> None:
-    """Let a machine run until the pipe's other end closes or says stop.
-
-    Args:
-        pipe: commands come in, frames go out.
-        machine: what is described, or a description file, or a catalogue name.
-    """
+    """Let a machine run until the pipe's other end closes or says stop."""
     try:
         described = machine if isinstance(machine, Machine) else load_machine(machine)
         rig = Rig(described)

@@ -40,8 +40,6 @@ def balance(
     """The force balance of a mechanism in motion.
 
     Args:
-        mechanism: the mechanism.
-        unit: whose rods carry.
         position: of the cylinders [m], shape (samples, cylinders).
         velocity: of the cylinders [m/s], of the same shape.
         acceleration: of the cylinders [m/s2], of the same shape.

@@ -25,17 +25,11 @@ UNITS = ("1", "1", "N", "N")
 
 @dataclass(frozen=True, eq=False)
 class Scale:
-    """The four terms with their covariance.
+    """The four terms with their covariance."""
 
-    Attributes:
-        value: of the terms [1, 1, N, N].
-        covariance: of them, shape (4, 4).
-        masses: known masses that it was learned from.
-    """
-
-    value: Array
-    covariance: Array
-    masses: int = 0
+    value: Array  # of the terms [1, 1, N, N]
+    covariance: Array  # of them, shape (4, 4)
+    masses: int = 0  # known masses that it was learned from
 
     @property
     def std(self) -> Array:
@@ -73,7 +67,6 @@ def described_scale(unit: HydraulicUnit, weight: float) -> Scale:
     """What a description says of a unit as scales.
 
     Args:
-        unit: the unit that lifts.
         weight: force of its rods without payload [N].
     """
     assumed = unit.assumptions

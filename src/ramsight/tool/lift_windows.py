@@ -42,7 +42,6 @@ def windows(time: Array, velocity: Array, shown: Bools, stroke: float, lift_sign
     Args:
         time: of the samples [s].
         velocity: of the rods [m/s]; NaN stands for rest.
-        shown: where the torque shows the load.
         stroke: of the cylinder [m].
         lift_sign: +1 where extension lifts, -1 where retraction does.
 

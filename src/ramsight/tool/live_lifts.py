@@ -24,11 +24,7 @@ _OUTPUTS = ("position", "position_std", "velocity", "load", "load_std", "load_ag
 
 
 class LiveLifts:
-    """Finds lifts in what sensors say.
-
-    Args:
-        scene: the machine; units without a sensor stand where it says.
-    """
+    """Finds lifts in what sensors say."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene

@@ -100,7 +100,6 @@ class LoadChart:
         Beyond the chart the rated moment is that at its end.
 
         Args:
-            mechanism: the mechanism.
             positions: of the cylinders [m], shape (samples, cylinders); NaN where unknown.
             inclination: of the machine, its front up [rad].
         """

@@ -19,8 +19,6 @@ def draw_tool(track: Samples, title: str, path: str | Path) -> None:
 
     Args:
         track: with the columns of `TOOL` and a status.
-        title: above the picture.
-        path: the file.
     """
     with needing("figures"):
         from matplotlib.figure import Figure

@@ -49,8 +49,6 @@ def place_at(mechanism: Mechanism, point: Spot, positions: Array) -> Array:
     """Reach [m], height [m] and angle [rad] of a point at positions of the cylinders, shape (samples, 3).
 
     Args:
-        mechanism: the mechanism.
-        point: of one of its bodies.
         positions: of the cylinders [m], shape (samples, cylinders); NaN where unknown.
     """
     return np.asarray(_functions(mechanism, point)[0](positions.T).full().T)
@@ -71,8 +69,6 @@ def place_of(
     """Where a point is at positions of the cylinders.
 
     Args:
-        mechanism: the mechanism.
-        point: of one of its bodies.
         positions: of the cylinders [m], shape (samples, cylinders); NaN where unknown.
         stds: their standard deviations [m], of the same shape.
         strokes: of the cylinders [m], shape (cylinders,).

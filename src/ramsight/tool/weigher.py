@@ -26,8 +26,6 @@ class Weigher:
     """Finds lifts in what sensors say, and weighs them.
 
     Args:
-        scene: the machine; units without a sensor stand where it says.
-        scale: the machine's.
         start: begins the work on a motion that has ended, as `Executor.submit` does where samples must not wait for it.
 
     Attributes:

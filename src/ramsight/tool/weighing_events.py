@@ -80,38 +80,26 @@ class Plain:
 
 @dataclass(frozen=True, eq=False)
 class Weighing:
-    """A weighing.
+    """A weighing."""
 
-    Attributes:
-        time: middle of its window [s].
-        duration: of steady motion [s].
-        cycle: which it is of; a cycle begins with the first lift after lowering.
-        direction: up, down, or both where up and down of one load are averaged.
-        mass, std: [kg]; NaN where there is none.
-        low, high: the 95 % band [kg].
-        quality: whether it is good, or why it is not.
-        row: change of the mass by each term of the scale, which other weighings share.
-        own_std: deviation that is its own [kg].
-        rated_share, rated_share_std: largest load moment of the motion over the rated one [1]; NaN where unknown.
-        exceeded_probability: that the rated load was exceeded [1]; NaN where unknown.
-        rated_status: within, near, exceeded or unknown.
-    """
-
-    time: float
-    duration: float
-    cycle: int
-    direction: str
+    time: float  # middle of its window [s]
+    duration: float  # of steady motion [s]
+    cycle: int  # which it is of; a cycle begins with the first lift after lowering
+    direction: str  # up, down, or both where up and down of one load are averaged
+    # mass, std: [kg]; NaN where there is none
     mass: float
     std: float
+    # low, high: the 95 % band [kg]
     low: float
     high: float
-    quality: Quality
-    row: Array = field(repr=False)
-    own_std: float
+    quality: Quality  # whether it is good, or why it is not
+    row: Array = field(repr=False)  # change of the mass by each term of the scale, which other weighings share
+    own_std: float  # deviation that is its own [kg]
+    # rated_share, rated_share_std: largest load moment of the motion over the rated one [1]; NaN where unknown
     rated_share: float = math.nan
     rated_share_std: float = math.nan
-    exceeded_probability: float = math.nan
-    rated_status: LoadStatus = LoadStatus.UNKNOWN
+    exceeded_probability: float = math.nan  # that the rated load was exceeded [1]; NaN where unknown
+    rated_status: LoadStatus = LoadStatus.UNKNOWN  # within, near, exceeded or unknown
 
     @property
     def is_good(self) -> bool:
@@ -165,7 +153,6 @@ def lifts(scene: Scene, track: Signals) -> list[Plain]:
     """All motions of a log as lifts by the described machine; each follows from the samples of its own motion alone.
 
     Args:
-        scene: the machine and its other units.
         track: of the unit that lifts, with position, velocity, load, load_std, load_age and status.
     """
     time = track["time"].values

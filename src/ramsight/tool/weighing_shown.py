@@ -18,12 +18,7 @@ if TYPE_CHECKING:
 
 
 def weighings_table(found: Sequence[Weighing], *, rated: bool) -> Table:
-    """A row a weighing.
-
-    Args:
-        found: the weighings.
-        rated: whether the machine has a load chart.
-    """
+    """A row a weighing."""
     from rich.table import Table
 
     table = Table("time", "cycle", "direction", "mass", "95 % band", "quality")
@@ -47,13 +42,7 @@ def _of_rated(one: Weighing) -> str:
 
 
 def draw_weighings(found: Sequence[Weighing], logs: Sequence[int], path: str | Path) -> None:
-    """Draw masses with their 95 % bands over the time of their logs, bad ones apart, into a file.
-
-    Args:
-        found: the weighings.
-        logs: for each, which log it is of.
-        path: .png, .svg or .pdf.
-    """
+    """Draw masses with their 95 % bands over the time of their logs, bad ones apart, into a file."""
     with needing("figures"):
         from matplotlib.figure import Figure
 

@@ -18,19 +18,13 @@ from ramsight.tool.weighing_limits import EMPTY_SHARE, PAIR_STDS, STANDS_STILL
 
 @dataclass(frozen=True, eq=False)
 class Total:
-    """What several cycles lifted, one good weighing of each.
+    """What several cycles lifted, one good weighing of each."""
 
-    Attributes:
-        mass: [kg].
-        row: change of it by each term of the scale, which all of them share.
-        own_variance: of what is each weighing's own [kg2].
-        cycles: how many.
-    """
-
-    mass: float = 0.0
+    mass: float = 0.0  # [kg]
+    # row: change of it by each term of the scale, which all of them share
     row: Array = field(default_factory=lambda: np.zeros(len(TERMS)))
-    own_variance: float = 0.0
-    cycles: int = 0
+    own_variance: float = 0.0  # of what is each weighing's own [kg2]
+    cycles: int = 0  # how many
 
     @classmethod
     def of(cls, one: Weighing) -> Total:
@@ -53,7 +47,6 @@ class Tally:
     """Counts lifts as they come, and keeps no more of them than the cycle that has not ended.
 
     Args:
-        scale: the machine's.
         strokes: of the other cylinders [m].
         rated: payload [kg]; a lift of next to nothing of it is of an empty tool, and no load.
 
@@ -132,9 +125,6 @@ def is_same_load(up: Plain, down: Plain, scale: Scale, strokes: Array) -> bool:
     """Whether a motion down carries what the one up before it did: nothing was dumped, and friction explains it.
 
     Args:
-        up: a lift.
-        down: the motion after it.
-        scale: the machine's.
         strokes: of the other cylinders [m].
     """
     if down.upwards or up.quality is not Quality.GOOD or down.quality is not Quality.GOOD:

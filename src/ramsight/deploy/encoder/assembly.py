@@ -85,7 +85,6 @@ def overrides(
     """What options set in the dictionary; None leaves it.
 
     Args:
-        hold: whether the last valid position is held while it is invalid.
         timeout: of the drive [s].
         tolerance: of a real sensor [m].
         alert: for which it has to be apart from the virtual one [s].

@@ -27,11 +27,6 @@ class Beside:
 
     Both sensors report when they like. What the real one said is taken to the time of the drive's sample by the virtual
     one's velocity: at 0.3 m/s a report that is 10 ms old is 3 mm behind, more than many a tolerance.
-
-    Args:
-        listener: takes the real sensor's frames.
-        unit: whose piston both watch.
-        node: has tolerance and time to alert.
     """
 
     def __init__(self, listener: Listener, unit: HydraulicUnit, node: Node) -> None:

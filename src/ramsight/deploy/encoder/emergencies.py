@@ -14,9 +14,6 @@ _REMEMBERED = 8
 class Emergencies:
     """Tells the bus which faults come and go.
 
-    Args:
-        node: who tells.
-
     Attributes:
         history: what 1003h holds: code, and the sensor's status above it; the newest first.
     """

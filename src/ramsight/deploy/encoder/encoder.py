@@ -61,19 +61,12 @@ _UNDEFINED_STATUS = 255
 
 @dataclass(frozen=True)
 class Settings:
-    """Who the encoder is on the bus.
+    """Who the encoder is on the bus."""
 
-    Args:
-        node_id: its node-ID, 1 to 127.
-        drive_node: the drive's, whose heartbeat 1016h may watch; None if it is nobody's.
-        serial: its serial number.
-        overrides: values of the dictionary that count instead of stored ones.
-    """
-
-    node_id: int
-    drive_node: int | None = None
-    serial: int = 0
-    overrides: Mapping[tuple[int, int], int] | None = None
+    node_id: int  # its node-ID, 1 to 127
+    drive_node: int | None = None  # the drive's, whose heartbeat 1016h may watch; None if it is nobody's
+    serial: int = 0  # its serial number
+    overrides: Mapping[tuple[int, int], int] | None = None  # values of the dictionary that count instead of stored ones
 
     def __post_init__(self) -> None:
         for key, node in (("--node-id", self.node_id), ("--drive-node", self.drive_node)):

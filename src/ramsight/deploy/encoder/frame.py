@@ -13,19 +13,14 @@ EXTENDED = 1 << 31
 class Frame:
     """A data frame.
 
-    Args:
-        cob_id: its identifier, with `EXTENDED` for one of 29 bits.
-        data: up to 8 bytes.
-        time: the bus's time stamp [s], on any clock; NaN if there is none.
-
     Example:
         >>> print(Frame(0x186, bytes.fromhex("10270000")))
         186#10270000
     """
 
-    cob_id: int
-    data: bytes = b""
-    time: float = math.nan
+    cob_id: int  # its identifier, with `EXTENDED` for one of 29 bits
+    data: bytes = b""  # up to 8 bytes
+    time: float = math.nan  # the bus's time stamp [s], on any clock; NaN if there is none
 
     def __str__(self) -> str:
         """As candump writes it."""

@@ -135,7 +135,6 @@ def message_of(words: str, period: str) -> Message:
 
     Args:
         words: parameter group and source address, hexadecimal: ``FF40h 80h``.
-        period: with its unit.
 
     Raises:
         DescriptionError: they cannot be read, or are out of range.

@@ -35,12 +35,6 @@ _LEAST, _COUNTS, _UNUSED = 3200.0, 251, 0b11 << 6  # kg; -; bits
 class WeighingMessages:
     """Which messages.
 
-    Args:
-        pgn: parameter group of the weighing, FF00h to FFFEh; the next one is the total's.
-        source: source address, 0 to 253.
-        priority: 0, the highest, to 7.
-        period: between two of each [s].
-
     Raises:
         DescriptionError: a value is out of its range.
 
@@ -49,10 +43,10 @@ class WeighingMessages:
         ['0x18ff4180', '0x18ff4280']
     """
 
-    pgn: int = 0xFF41
-    source: int = 0x80
-    priority: int = 6
-    period: float = PERIOD
+    pgn: int = 0xFF41  # parameter group of the weighing, FF00h to FFFEh; the next one is the total's
+    source: int = 0x80  # source address, 0 to 253
+    priority: int = 6  # 0, the highest, to 7
+    period: float = PERIOD  # between two of each [s]
 
     def __post_init__(self) -> None:
         assert self.identifiers

@@ -28,22 +28,14 @@ USUAL = ("606Ch", "6077h")
 
 @dataclass(frozen=True)
 class Sample:
-    """A whole sample of the drive.
+    """A whole sample of the drive."""
 
-    Attributes:
-        time: [s], by the encoder's clock.
-        motor_speed: [rad/s].
-        motor_torque: [N m].
-        oil_temperature: [K]; NaN if unknown.
-        reference: position known at this sample [m]; NaN if none is.
-        further: what else the map names [SI], by its name; NaN if it is too old.
-    """
-
-    time: float
-    motor_speed: float
-    motor_torque: float
-    oil_temperature: float
-    reference: float = math.nan
+    time: float  # [s], by the encoder's clock
+    motor_speed: float  # [rad/s]
+    motor_torque: float  # [N m]
+    oil_temperature: float  # [K]; NaN if unknown
+    reference: float = math.nan  # position known at this sample [m]; NaN if none is
+    # further: what else the map names [SI], by its name; NaN if it is too old
     further: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -53,10 +45,8 @@ def drive_map(
     """The map of a drive that reports everything in its first TPDO, with the oil temperature written by somebody.
 
     Args:
-        drive_node: its node-ID.
         objects: what is mapped into 180h + node, in order; 606Ch [1/min] and 6077h or 4602h:0Ch are taken.
         rated_torque: 6076h [N m], which 6077h counts in per mille of.
-        file: where it is said, for messages.
 
     Raises:
         DescriptionError: velocity or torque is not among the objects, or the rated torque is missing.
@@ -124,9 +114,6 @@ class Listener:
 
     A sample is whole when speed and torque both have a new value, in one frame or in two; its time is the speed's.
 
-    Args:
-        channel_map: what the frames mean, by PDOs or DBC files.
-
     Raises:
         DescriptionError: the map states nothing of CAN frames, or what cannot be.
         UnknownNameError: a channel is in none of the frames.
@@ -186,7 +173,6 @@ class Listener:
         """Take a frame.
 
         Args:
-            frame: one of `identifiers`.
             sent: when it was sent, by the encoder's clock [s].
             now: the encoder's clock [s].
 

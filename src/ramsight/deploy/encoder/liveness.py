@@ -51,9 +51,6 @@ class Report:
 class Counted:
     """Compares a number of the frames with time, or with the counter of SYNC.
 
-    Args:
-        sequence: how it counts.
-
     Attributes:
         late: frames, or SYNCs, by which the newest frame is late [1].
         repeated: frames in a row with the same number.

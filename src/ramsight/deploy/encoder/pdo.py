@@ -18,9 +18,7 @@ class Tpdo:
     """One of the node's transmit PDOs.
 
     Args:
-        node: the node.
         number: 0 for TPDO1.
-        taken: identifiers that others send or listen to.
     """
 
     def __init__(self, node: Node, number: int, taken: Set[int] = frozenset()) -> None:

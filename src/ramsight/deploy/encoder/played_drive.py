@@ -55,10 +55,7 @@ def played_map(node: int, warm_node: int, rated_torque: float, hold: str = "60 s
     """The channel map of what a `PlayedDrive` with a thermometer sends, as its file would have it.
 
     Args:
-        node: the drive's node-ID.
-        warm_node: the thermometer's.
         rated_torque: 6076h [N m].
-        hold: how long a temperature holds.
 
     Example:
         >>> print(played_map(5, 7, 35.0), end="")

@@ -13,7 +13,6 @@ class Presence:
     """Watches the drive.
 
     Args:
-        node: its settings count.
         drive_node: the drive's node-ID; None has no heartbeat.
 
     Attributes:

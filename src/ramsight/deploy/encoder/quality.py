@@ -43,24 +43,17 @@ QUALITY = {
 
 @dataclass(frozen=True)
 class Said:
-    """What an encoder reports at one time.
+    """What an encoder reports at one time."""
 
-    Attributes:
-        quality: name of OPC UA's status code for the numbers.
-        position, velocity, std, bound: [m], [m/s], [m], [m]; NaN while the quality is bad.
-        status: number of the sensor's status; 255 before the first sample.
-        text: what is wrong in words, or the position.
-        referenced: whether a reference has come since power-up.
-    """
-
-    quality: str
+    quality: str  # name of OPC UA's status code for the numbers
+    # position, velocity, std, bound: [m], [m/s], [m], [m]; NaN while the quality is bad
     position: float
     velocity: float
     std: float
     bound: float
-    status: int
-    text: str
-    referenced: bool
+    status: int  # number of the sensor's status; 255 before the first sample
+    text: str  # what is wrong in words, or the position
+    referenced: bool  # whether a reference has come since power-up
 
 
 def said_by(encoder: Encoder) -> Said:
@@ -76,7 +69,6 @@ def quality_of(faults: frozenset[Fault], *, valid: bool) -> str:
     """The worst quality of some faults.
 
     Args:
-        faults: what is wrong.
         valid: whether the position is; where it is not, the quality is bad whatever the faults.
 
     Example:

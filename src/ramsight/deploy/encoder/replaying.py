@@ -44,11 +44,8 @@ def replay(
 
     Args:
         frames: with their times [s].
-        bus: a python-can bus; stays open.
-        stop: set it to end.
         speed: times faster than recorded [1].
         clock: [s], runs only forward.
-        advance: is passed how much of the log's time has passed since the last call [s].
     """
     begun, past, last, reported = clock(), 0.0, math.nan, 0.0
     sent = lost = 0

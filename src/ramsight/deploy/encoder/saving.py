@@ -21,7 +21,6 @@ class Saving:
     """Watches for motion and rest, and for saves that fail.
 
     Args:
-        sensor: whose state it is; it is resumed.
         file: where it is saved; None saves nothing, and the position is unknown at first.
 
     Attributes:

@@ -39,9 +39,7 @@ class Scale:
     """The node's values in steps.
 
     Args:
-        node: its settings count.
         stroke: [m].
-        published: the position.
     """
 
     def __init__(self, node: Node, stroke: float, published: Published) -> None:

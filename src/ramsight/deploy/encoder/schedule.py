@@ -16,12 +16,7 @@ PDOS = (0x1800, 0x1801, 0x1A00, 0x1A01)
 
 
 class Schedule:
-    """Sends heartbeat and transmit PDOs when they are due.
-
-    Args:
-        node: who sends; its dictionary has the periods.
-        taken: identifiers that others send or listen to.
-    """
+    """Sends heartbeat and transmit PDOs when they are due."""
 
     def __init__(self, node: Node, taken: Set[int]) -> None:
         self._node = node

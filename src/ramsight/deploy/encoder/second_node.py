@@ -143,7 +143,6 @@ class SecondNode:
     """Watches the frames with the drive's identifiers.
 
     Args:
-        identifiers: of frames that only the drive sends, period after period.
         fastest: highest speed of the motor [rad/s].
 
     Attributes:
@@ -169,7 +168,6 @@ class SecondNode:
         """A frame of the drive, or of who says to be it; whether a second node begins to be there.
 
         Args:
-            identifier: of the frame; one that is not watched says nothing.
             sent: when it was sent [s].
             speed: that it reports [rad/s]; NaN if it reports none.
             period: declared [s]; 0 if it is to be learned.

@@ -22,7 +22,6 @@ class Persistence:
         path: the file; made by `resume`.
         sensor: whose state it is; this one is resumed, and a copy of it is saved from.
         aside: whether saving is left to a thread, so that a slow disk delays nothing.
-        instance: which of several cylinders with the same numbers it is.
 
     The file is this encoder's alone until `close`, or until its program ends.
 

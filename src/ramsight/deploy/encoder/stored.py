@@ -18,10 +18,7 @@ class Stored:
     """The node's stored parameters.
 
     Args:
-        node: the node.
         file: where they are; None stores nothing.
-        overrides: values that count instead of stored ones.
-        keep: saves the sensor's state with all parameters; states whether it could.
         refusal: the abort code for a value that a parameter can never have; 0 if it can.
 
     Attributes:

@@ -17,7 +17,6 @@ class Weighings:
 
     Args:
         weigher: of the machine; None where it weighs nothing.
-        unit: that lifts.
     """
 
     def __init__(self, weigher: Weigher | None, unit: str) -> None:

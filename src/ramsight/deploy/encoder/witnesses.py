@@ -14,9 +14,6 @@ Witness = tuple[str, bool, str]
 def witnesses(channel_map: ChannelMap) -> list[Witness]:
     """What tells, and what the bus lacks.
 
-    Args:
-        channel_map: of the drive's frames.
-
     Raises:
         DescriptionError: the map is none of CAN frames.
 

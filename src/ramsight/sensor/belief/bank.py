@@ -59,21 +59,13 @@ class _Way:
 
 @dataclass(frozen=True)
 class Bank:
-    """The hypotheses within a sample: a value, of which each operation makes a new one.
+    """The hypotheses within a sample: a value, of which each operation makes a new one."""
 
-    Attributes:
-        state: as it is now.
-        together: all hypotheses, weighed.
-        model: of the machine.
-        position: nominal, before the sample [m].
-        elapsed: since the last sample [s].
-    """
-
-    state: BankState
-    together: Mixture
-    model: MachineModel
-    position: Scalar
-    elapsed: Scalar
+    state: BankState  # as it is now
+    together: Mixture  # all hypotheses, weighed
+    model: MachineModel  # of the machine
+    position: Scalar  # nominal, before the sample [m]
+    elapsed: Scalar  # since the last sample [s]
 
     @classmethod
     def begin(
@@ -87,11 +79,8 @@ class Bank:
         """At the beginning of a sample; at the first one the position is as uncertain as the start.
 
         Args:
-            state: before it.
-            model: of the machine.
             position: nominal, before it [m].
             elapsed: since the last one [s].
-            start: what is known of the position at the first sample.
         """
         state = state.begun(start, model.assumed.stops, model.stroke, model.kinds)
         together = Mixture.of(state.hypotheses, cls._assumed(state, model))
@@ -138,8 +127,6 @@ class Bank:
 
         Args:
             travel: of the piston [m].
-            travel_by: its derivatives with respect to what the step was made with.
-            point: the values that it was made with.
             noise: variance that the position gains beside the way's [m2].
             grows: by which the position's standard deviation grows as a whole [m].
             leak: standard deviation that the leakage gains beside its walk [1].
@@ -239,7 +226,6 @@ class Bank:
 
         Args:
             nominal: position after the step [m].
-            passes: whether oil may pass.
             passed: standard deviation of the position by what may have passed since a reference [m].
         """
         stroke, gone = self.model.stroke, []
@@ -275,7 +261,6 @@ class Bank:
         """How far the piston may still move [m]; oil that is delivered beyond moves nothing.
 
         Args:
-            way: in which it moves, the sign of its velocity.
             passed: standard deviation of the position by what may have passed a relief valve [m].
         """
         ahead = ca.if_else(way > 0.0, self.model.stroke - self.position, self.position)
@@ -316,7 +301,6 @@ class Bank:
         """After a piston has left what held it: how it did tells an end from an obstacle.
 
         Args:
-            hold: of the piston.
             noise: standard deviation of the torque [N m].
         """
         was = self.state.by_obstacle
@@ -331,10 +315,8 @@ class Bank:
         """After a measurement of the place: a contact with an end, a reference, an angle or a reading.
 
         Args:
-            m: the measurement.
             low: whether it is a contact at the retracted end; None never.
             top: whether it is one at the extended end; None never.
-            is_reading: whether it is a reading, which may be of something else.
         """
         low, top = flag(False) if low is None else low, flag(False) if top is None else top
         model = self.model
@@ -444,7 +426,6 @@ class Bank:
 
         Args:
             size: of the innovation over its standard deviation [1].
-            fits: whether the measurement is accepted, if there is one.
             use: whether there is one; alone, for it leads into the branch of samples with a measurement.
 
         Source: Gibbs and Candès (2021), Adaptive conformal inference under distribution shift, equation (2), in the

@@ -26,56 +26,39 @@ ENDS = (Quantity.LOW, Quantity.TOP)
 
 @dataclass(frozen=True)
 class StartOfPosition:
-    """What is known of the position at the first sample.
+    """What is known of the position at the first sample."""
 
-    Attributes:
-        first: whether this is it.
-        known: whether a position is known at all.
-        entered: whether somebody entered it.
-        variance: of it [m2].
-    """
-
-    first: Flag
-    known: Flag
-    entered: Flag
-    variance: Scalar
+    first: Flag  # whether this is it
+    known: Flag  # whether a position is known at all
+    entered: Flag  # whether somebody entered it
+    variance: Scalar  # of it [m2]
 
 
 @dataclass(frozen=True, kw_only=True)
 class BankState:
-    """The hypotheses and what references show of all of them.
+    """The hypotheses and what references show of all of them."""
 
-    Attributes:
-        hypotheses: in the order of `Kind`, as many as the sensor weighs.
-        innovations: mean square of normalised innovations, less 1.
-        band_width: of the band over what the filters say, by references.
-        entered: whether *unknown position* is that an entered start was wrong.
-        confirmed: whether a place has been measured since the start.
-        by_obstacle: whether *unknown position* is that the last contact, taken for an end, was with an obstacle.
-        below, above: how far below and above where it is now the piston has been [m].
-        extent: way between its lowest and its highest place that the hypotheses are weighed by [m].
-        extent_std: standard deviation of the position when it was last that far [m].
-        lost_below, lost_above: the same since *unknown position* lost its place [m].
-        room: share of the stroke that this leaves it; 0 where nobody knows how its position became wrong.
-        met_low, met_top: contacts with the retracted and with the extended end.
-        by_low, by_top: whether *unknown position* has its position from a contact with that end.
-    """
-
-    hypotheses: tuple[Hypothesis, ...]
-    innovations: Scalar = leaf("1")
-    band_width: Scalar = leaf("1", 1.0)
-    entered: Flag = leaf("1")
-    confirmed: Flag = leaf("1")
+    hypotheses: tuple[Hypothesis, ...]  # in the order of `Kind`, as many as the sensor weighs
+    innovations: Scalar = leaf("1")  # mean square of normalised innovations, less 1
+    band_width: Scalar = leaf("1", 1.0)  # of the band over what the filters say, by references
+    entered: Flag = leaf("1")  # whether *unknown position* is that an entered start was wrong
+    confirmed: Flag = leaf("1")  # whether a place has been measured since the start
+    # by_obstacle: whether *unknown position* is that the last contact, taken for an end, was with an obstacle
     by_obstacle: Flag = leaf("1")
+    # below, above: how far below and above where it is now the piston has been [m]
     below: Scalar = leaf("m")
     above: Scalar = leaf("m")
-    extent: Scalar = leaf("m")
-    extent_std: Scalar = leaf("m")
+    extent: Scalar = leaf("m")  # way between its lowest and its highest place that the hypotheses are weighed by [m]
+    extent_std: Scalar = leaf("m")  # standard deviation of the position when it was last that far [m]
+    # lost_below, lost_above: the same since *unknown position* lost its place [m]
     lost_below: Scalar = leaf("m")
     lost_above: Scalar = leaf("m")
+    # room: share of the stroke that this leaves it; 0 where nobody knows how its position became wrong
     room: Scalar = leaf("1")
+    # met_low, met_top: contacts with the retracted and with the extended end
     met_low: Scalar = leaf("1")
     met_top: Scalar = leaf("1")
+    # by_low, by_top: whether *unknown position* has its position from a contact with that end
     by_low: Flag = leaf("1")
     by_top: Flag = leaf("1")
 
@@ -86,10 +69,8 @@ class BankState:
         """Before the first sample.
 
         Args:
-            assumptions: of machine and stops.
             stroke: of the cylinder [m].
             with_link: whether the angle of the body that the cylinder turns is measured.
-            kinds: of the hypotheses.
         """
         machine, stops = assumptions.machine, assumptions.stops
         usual = (machine.leak, machine.leak_exponent)
@@ -115,10 +96,7 @@ class BankState:
         """At the beginning of a sample; at the first one the position is as uncertain as the start.
 
         Args:
-            start: what is known of the position at the first sample.
-            stops: what is assumed of them.
             stroke: of the cylinder [m].
-            kinds: of the hypotheses.
         """
         unknown2 = (0.5 * stroke) ** 2
         entered = all_of(start.first, start.known, start.entered)

@@ -56,28 +56,18 @@ _PAIRS = tuple((i, j) for k, i in enumerate(_NAMES) for j in _NAMES[k:])
 
 @dataclass(frozen=True, kw_only=True)
 class EventState:
-    """A stop or a start against a closed valve that goes on.
+    """A stop or a start against a closed valve that goes on."""
 
-    Attributes:
-        active: whether one does.
-        stands: whether the motor stands in it.
-        stood: how long the motor has stood [s].
-        torque: at the last sample [N m].
-        offset: of the torque at the last standstill, as the other side's pressure makes it [N m].
-        last: derivatives and innovation of the last sample, over the standard deviation, until the next one shows that
-            the valve was still closed.
-        normal: sums of products of derivatives over the variance, by pair.
-        right: sums of products with the innovation.
-    """
-
-    active: Flag = leaf("1")
-    stands: Flag = leaf("1")
-    stood: Scalar = leaf("s")
-    torque: Scalar = leaf("N m")
-    offset: Scalar = leaf("N m")
+    active: Flag = leaf("1")  # whether one does
+    stands: Flag = leaf("1")  # whether the motor stands in it
+    stood: Scalar = leaf("s")  # how long the motor has stood [s]
+    torque: Scalar = leaf("N m")  # at the last sample [N m]
+    offset: Scalar = leaf("N m")  # of the torque at the last standstill, as the other side's pressure makes it [N m]
+    # last: derivatives and innovation of the last sample, over the standard deviation, until the next one shows that
+    # the valve was still closed
     last: Mapping[str, Scalar] = leaf("1", None)
-    normal: Mapping[str, Scalar] = leaf("1", None)
-    right: Mapping[str, Scalar] = leaf("1", None)
+    normal: Mapping[str, Scalar] = leaf("1", None)  # sums of products of derivatives over the variance, by pair
+    right: Mapping[str, Scalar] = leaf("1", None)  # sums of products with the innovation
 
     @classmethod
     def initial(cls) -> EventState:
@@ -102,13 +92,8 @@ def follow_event(
     """One sample of an event, and what the event before it shows if that has ended.
 
     Args:
-        state: before the sample.
-        sample: with the speed that is used.
-        step: of the load observer.
         torque_by: derivatives of the torque with respect to what the step was made with.
         closed: whether a valve may keep the load from the pump, and nothing else is wrong.
-        point: the linearisation point.
-        model: of the machine.
     """
     noise = model.torque_std
     # Slower, friction has either sign, as at standstill.

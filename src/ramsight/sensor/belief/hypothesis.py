@@ -37,19 +37,14 @@ def _describes_machine(key: str) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class Hypothesis:
-    """Estimates under one hypothesis.
+    """Estimates under one hypothesis."""
 
-    Attributes:
-        mean: of each quantity: position over the nominal one [m], factors [1], lag [s], exponent [1], places of the
-            stops over the cylinder's ends [m], and where they are learned the error of the link's angle [rad] and how
-            much warmer the oil in the pumps is [K].
-        covariance: of these.
-        log_weight: natural logarithm of its probability, but for a common term.
-    """
-
+    # mean: of each quantity: position over the nominal one [m], factors [1], lag [s], exponent [1], places of the
+    # stops over the cylinder's ends [m], and where they are learned the error of the link's angle [rad] and how much
+    # warmer the oil in the pumps is [K]
     mean: Mapping[Quantity, Scalar] = leaf("SI", None, learned=_describes_machine, inline=True)
-    covariance: Covariance
-    log_weight: Scalar = leaf("1", None, learned=True)
+    covariance: Covariance  # of these
+    log_weight: Scalar = leaf("1", None, learned=True)  # natural logarithm of its probability, but for a common term
 
     @property
     def position_std(self) -> Scalar:

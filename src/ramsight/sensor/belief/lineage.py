@@ -13,43 +13,25 @@ from ramsight.sensor.kind import Kind
 
 @dataclass(frozen=True)
 class Parent:
-    """The hypothesis before a measurement that one after it continues.
+    """The hypothesis before a measurement that one after it continues."""
 
-    Attributes:
-        place: its place among all of them.
-        independent: whether the position is another one, unknown until then; what is known of the machine goes on.
-    """
-
-    place: Scalar
-    independent: Flag
+    place: Scalar  # its place among all of them
+    independent: Flag  # whether the position is another one, unknown until then; what is known of the machine goes on
 
 
 @dataclass(frozen=True)
 class Births:
-    """What a measurement of the place did to the hypotheses.
+    """What a measurement of the place did to the hypotheses."""
 
-    Attributes:
-        found: whether *unknown position* became the first.
-        surely: whether *leaks* did.
-        restarts: whether *unknown position* begins again.
-        goes_on: whether it does as the first one was before the measurement.
-        lost: whether it began again before the measurement was applied.
-    """
-
-    found: Flag
-    surely: Flag
-    restarts: Flag
-    goes_on: Flag
-    lost: Flag
+    found: Flag  # whether *unknown position* became the first
+    surely: Flag  # whether *leaks* did
+    restarts: Flag  # whether *unknown position* begins again
+    goes_on: Flag  # whether it does as the first one was before the measurement
+    lost: Flag  # whether it began again before the measurement was applied
 
 
 def parents(kinds: Sequence[Kind], births: Births) -> tuple[Parent, ...]:
-    """Of each hypothesis after a measurement.
-
-    Args:
-        kinds: of the hypotheses.
-        births: what the measurement did.
-    """
+    """Of each hypothesis after a measurement."""
     last = len(kinds) - 1
     unknown = Parent(ca.if_else(births.lost, 0.0, float(last)), births.lost)
     leaks = float(kinds.index(Kind.LEAKS)) if Kind.LEAKS in kinds else 0.0

@@ -26,17 +26,11 @@ from ramsight.sensor.thresholds import INDEPENDENT, LAG_STD, SHORTEST_STEP
 
 @dataclass(frozen=True, kw_only=True)
 class LinkState:
-    """The angle that was used last.
+    """The angle that was used last."""
 
-    Attributes:
-        since: time since then [s].
-        travel: of the piston since then [m].
-        angle: [rad].
-    """
-
-    since: Scalar = leaf("s")
-    travel: Scalar = leaf("m")
-    angle: Scalar = leaf("rad")
+    since: Scalar = leaf("s")  # time since then [s]
+    travel: Scalar = leaf("m")  # of the piston since then [m]
+    angle: Scalar = leaf("rad")  # [rad]
 
 
 def read_angle(
@@ -51,13 +45,7 @@ def read_angle(
     """The angle that was used last, and the measurement of one that comes with a sample.
 
     Args:
-        state: before the sample.
-        sample: the sample.
-        step: of the load observer.
         stands: nominal position [m].
-        known: whether a position is known at all.
-        lever: position over angle.
-        model: of the machine.
     """
     assumed = model.assumed.link_angle
     reported = sample.measured[LINK_ANGLE]

@@ -30,34 +30,22 @@ BY_PLACE: Mapping[Quantity, Condition] = {one: True for one in Quantity if one !
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """One measurement of all hypotheses.
+    """One measurement of all hypotheses."""
 
-    Attributes:
-        use: whether there is one at this sample.
-        innovation: z less what was expected at the linearisation point.
-        H: derivatives of the measurement by the quantities.
-        at: the linearisation point; quantities that are left out are 0 there.
-        R: variance of its error.
-        alternative: logarithm of the density a of something else; None where `gate` gives it.
-        gate: standard deviations of the innovation at which something else is as likely.
-        teaches: the quantities that it corrects, each with its condition; None for all (the others are considered).
-        power: c, how much it counts as evidence of a hypothesis over an independent one [1]; 0 for none.
-        common: standard deviation of the error that all measurements of its kind share.
-        arrived: variance that the position gains with it [m2].
-        stands: nominal position at it, and the stroke: whatever it is lies within the cylinder [m]; None anywhere.
-    """
-
-    use: Flag
-    innovation: Scalar
-    H: Row
+    use: Flag  # whether there is one at this sample
+    innovation: Scalar  # z less what was expected at the linearisation point
+    H: Row  # derivatives of the measurement by the quantities
+    # at: the linearisation point; quantities that are left out are 0 there
     at: Mapping[Quantity, Scalar] = field(default_factory=dict)
-    R: Scalar
-    alternative: Scalar | None = None
-    gate: float = 0.0
+    R: Scalar  # variance of its error
+    alternative: Scalar | None = None  # logarithm of the density a of something else; None where `gate` gives it
+    gate: float = 0.0  # standard deviations of the innovation at which something else is as likely
+    # teaches: the quantities that it corrects, each with its condition; None for all (the others are considered)
     teaches: Mapping[Quantity, Condition] | None = None
-    power: Real = 1.0
-    common: Real = 0.0
-    arrived: Real = 0.0
+    power: Real = 1.0  # c, how much it counts as evidence of a hypothesis over an independent one [1]; 0 for none
+    common: Real = 0.0  # standard deviation of the error that all measurements of its kind share
+    arrived: Real = 0.0  # variance that the position gains with it [m2]
+    # stands: nominal position at it, and the stroke: whatever it is lies within the cylinder [m]; None anywhere
     stands: tuple[Scalar, Scalar] | None = None
 
     def innovation_of(self, h: Hypothesis) -> Scalar:
@@ -83,25 +71,15 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Applied:
-    """A hypothesis after a measurement.
+    """A hypothesis after a measurement."""
 
-    Attributes:
-        hypothesis: corrected where it fits.
-        fits: whether the measurement is likelier as itself than as something else.
-        normal: the squared innovation over its variance.
-        likelihood: ln N(nu; 0, S).
-        evidence: by how much the logarithm of the weight grows.
-        variance: S.
-        otherwise: ln a.
-    """
-
-    hypothesis: Hypothesis
-    fits: Flag
-    normal: Scalar
-    likelihood: Scalar
-    evidence: Scalar
-    variance: Scalar
-    otherwise: Scalar
+    hypothesis: Hypothesis  # corrected where it fits
+    fits: Flag  # whether the measurement is likelier as itself than as something else
+    normal: Scalar  # the squared innovation over its variance
+    likelihood: Scalar  # ln N(nu; 0, S)
+    evidence: Scalar  # by how much the logarithm of the weight grows
+    variance: Scalar  # S
+    otherwise: Scalar  # ln a
 
 
 _NUMBERS = ("normal", "likelihood", "evidence", "variance", "otherwise")
@@ -172,10 +150,6 @@ def tempered(each: Sequence[Applied], counts: Scalar) -> list[Scalar]:
         ln N(nu; 0, S) = -1/2 (nu^2/S + ln(S/S_min) + ln(2 pi S_min))
 
     the first and the second term count by a share up to 1 each, and in full beyond.
-
-    Args:
-        each: the hypotheses, with their likelihoods.
-        counts: that share.
     """
     least = reduce(ca.fmin, (one.variance for one in each))
 

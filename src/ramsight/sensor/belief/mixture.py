@@ -64,17 +64,11 @@ def shares_of(hypotheses: Sequence[Hypothesis]) -> list[Scalar]:
 
 @dataclass(frozen=True)
 class Mixture:
-    """Hypotheses weighed against each other.
+    """Hypotheses weighed against each other."""
 
-    Attributes:
-        hypotheses: all of them.
-        shares: probability of each over that of the likeliest, when weights last changed.
-        wrong: prior probability that the position is wrong for a reason of no stated kind; 0 while there is another.
-    """
-
-    hypotheses: Sequence[Hypothesis]
-    shares: Sequence[Scalar]
-    wrong: Real
+    hypotheses: Sequence[Hypothesis]  # all of them
+    shares: Sequence[Scalar]  # probability of each over that of the likeliest, when weights last changed
+    wrong: Real  # prior probability that the position is wrong for a reason of no stated kind; 0 while there is another
 
     @classmethod
     def of(cls, hypotheses: Sequence[Hypothesis], wrong: Real) -> Mixture:
@@ -87,8 +81,6 @@ class Mixture:
         Nothing else changes a weight, so exponentials are worked out again in samples with a measurement alone.
 
         Args:
-            hypotheses: after the sample.
-            where: whether something was measured.
             weighed: with the weights that a measurement leads to, whether there was one or not.
         """
         shares = zip(shares_of(weighed), self.shares, strict=True)
@@ -150,7 +142,6 @@ class Mixture:
         Args:
             width: factor of the filters' standard deviations [1].
             others: variance of the position by what no hypothesis follows [m2].
-            reach: where the piston can be.
         """
         deviations, largest = self._deviations(width, others), largest_weight(self.hypotheses)
         below = above = TWO_SIDED_95 * of_likeliest(self.hypotheses, deviations)
@@ -172,7 +163,6 @@ class Mixture:
             limit: of the error [m].
             width: factor of the filters' standard deviations [1].
             others: variance of the position by what no hypothesis follows [m2].
-            reach: where the piston can be.
         """
         found = scalar(0.0)
         for p, h, std in zip(self._stated(), self.hypotheses, self._deviations(width, others), strict=True):

@@ -25,13 +25,10 @@ def read_position(
     """The time since the last reading that was used [s], and the measurement of one that comes with a sample.
 
     Args:
-        name: of the input.
         since: time before the sample since the last one that was used; a long one before the first [s].
         sample: the sample; a reading that is no number, or no place near the cylinder, is none.
-        step: of the load observer.
         stands: nominal position [m].
         stroke: of the cylinder [m].
-        assumed: of the readings.
     """
     reported = sample.measured[name]
     there = all_of(reported > -stroke, reported < 2.0 * stroke)

@@ -25,16 +25,12 @@ from ramsight.sensor.thresholds import OUTSIDE, TINY
 
 @dataclass(frozen=True)
 class Reach:
-    """Where the piston can be, over the nominal position.
+    """Where the piston can be, over the nominal position."""
 
-    Attributes:
-        lowest, highest: places over the nominal position [m].
-        std: standard deviation of both [m].
-    """
-
+    # lowest, highest: places over the nominal position [m]
     lowest: Scalar
     highest: Scalar
-    std: Scalar
+    std: Scalar  # standard deviation of both [m]
 
     def clipped(self, below: Scalar, above: Scalar) -> tuple[Scalar, Scalar]:
         """How far below and above the nominal position it is at most, where these are the limits of a band [m]."""
@@ -70,7 +66,6 @@ class Reach:
         """Probability that the piston is further than a limit from the nominal position under a hypothesis.
 
         Args:
-            h: the hypothesis.
             std: standard deviation of the position under it [m].
             limit: on either side [m].
         """

@@ -32,23 +32,14 @@ from ramsight.sensor.thresholds import LOG_WEIGHT_LEAST, NUMBER_LIMIT, OUTSIDE
 
 @dataclass(frozen=True)
 class Measured:
-    """What a measurement of the place did.
+    """What a measurement of the place did."""
 
-    Attributes:
-        accepted: whether the likeliest hypothesis used it.
-        rejected: whether it did not.
-        moved: by how much that moved the nominal position [m].
-        normal: its squared innovation over its variance, under the likeliest [1].
-        parents: of each hypothesis after it.
-        stages: the hypotheses before it, and as it corrected each.
-    """
-
-    accepted: Flag
-    rejected: Flag
-    moved: Scalar
-    normal: Scalar
-    parents: tuple[Parent, ...]
-    stages: tuple[Sequence[Hypothesis], ...]
+    accepted: Flag  # whether the likeliest hypothesis used it
+    rejected: Flag  # whether it did not
+    moved: Scalar  # by how much that moved the nominal position [m]
+    normal: Scalar  # its squared innovation over its variance, under the likeliest [1]
+    parents: tuple[Parent, ...]  # of each hypothesis after it
+    stages: tuple[Sequence[Hypothesis], ...]  # the hypotheses before it, and as it corrected each
 
     def followed(self, by: Measured) -> Measured:
         """What this and another one after it did."""
@@ -64,36 +55,26 @@ class Measured:
 
 @dataclass(frozen=True)
 class Placed:
-    """A measurement of the place, by what it is of.
+    """A measurement of the place, by what it is of."""
 
-    Attributes:
-        low, top: whether it is a contact with the retracted, with the extended end.
-        by_low, by_top: whether *unknown position* has its position from contacts with that end.
-        accepted: whether the likeliest hypothesis used it.
-        is_reading: whether it is a reading, which may be of something else; a switch is none, nor is an angle.
-    """
-
+    # low, top: whether it is a contact with the retracted, with the extended end
     low: Flag
     top: Flag
+    # by_low, by_top: whether *unknown position* has its position from contacts with that end
     by_low: Flag
     by_top: Flag
-    accepted: Flag
+    accepted: Flag  # whether the likeliest hypothesis used it
+    # is_reading: whether it is a reading, which may be of something else; a switch is none, nor is an angle
     is_reading: bool = False
 
 
 @dataclass(frozen=True)
 class Renewed:
-    """What became of the hypotheses.
+    """What became of the hypotheses."""
 
-    Attributes:
-        births: of them.
-        by_obstacle: whether *unknown position* is that the measurement was of an obstacle.
-        lost: whether it has lost its place.
-    """
-
-    births: Births
-    by_obstacle: Flag
-    lost: Flag
+    births: Births  # of them
+    by_obstacle: Flag  # whether *unknown position* is that the measurement was of an obstacle
+    lost: Flag  # whether it has lost its place
 
 
 def unknown_begun(
@@ -103,13 +84,6 @@ def unknown_begun(
 
     Since the last reference the position may have become wrong at any time. What *unknown position* took for an end
     before that may have been an obstacle; it does not keep the position from being found again.
-
-    Args:
-        before: the hypotheses before the measurement.
-        each: what each made of it.
-        m: the measurement.
-        entered: whether *unknown position* is that an entered start was wrong.
-        model: of the machine.
     """
     stops, own = model.assumed.stops, each[-1]
     prior = ca.if_else(entered, math.log(stops.entered), math.log(stops.wrong))
@@ -135,17 +109,7 @@ def renewal(
     lost_before: Flag,
     model: MachineModel,
 ) -> tuple[list[Hypothesis], Renewed]:
-    """The hypotheses after a measurement of the place.
-
-    Args:
-        before: the hypotheses before it.
-        after: the same, corrected and weighed.
-        m: the measurement.
-        each: what each hypothesis made of it.
-        placed: what it is of.
-        lost_before: whether *unknown position* began again before it.
-        model: of the machine.
-    """
+    """The hypotheses after a measurement of the place."""
     kinds, stops = model.kinds, model.assumed.stops
     described, *between, unknown = after
     found = leads(after, len(kinds) - 1)

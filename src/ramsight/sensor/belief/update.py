@@ -52,38 +52,24 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True, kw_only=True)
 class UpdateState:
-    """What is uncertain until a reference or a contact.
+    """What is uncertain until a reference or a contact."""
 
-    Attributes:
-        passed_relief: standard deviation of the position by oil that may have passed a relief valve [m].
-        waiting_std: part of it that counts once it is known that the piston did not stand on a stop [m].
-        waiting_shift: expected travel of that oil, extension positive [m].
-        free_travel: way in one direction below relief pressure [m].
-        closed_for: how long a closed valve has kept the load from the pump [s].
-        disputed: whether a reference was rejected and none has been accepted since.
-        contradicted: by kind, whether inputs have contradicted each other since the last reference.
-        since: by input, time since its last reading that was used [s].
-        event: a stop or a start of the motor against a closed valve.
-    """
-
+    # passed_relief: standard deviation of the position by oil that may have passed a relief valve [m]
     passed_relief: Scalar = leaf("m")
+    # waiting_std: part of it that counts once it is known that the piston did not stand on a stop [m]
     waiting_std: Scalar = leaf("m")
-    waiting_shift: Scalar = leaf("m")
-    free_travel: Scalar = leaf("m")
-    closed_for: Scalar = leaf("s")
-    disputed: Flag = leaf("1")
+    waiting_shift: Scalar = leaf("m")  # expected travel of that oil, extension positive [m]
+    free_travel: Scalar = leaf("m")  # way in one direction below relief pressure [m]
+    closed_for: Scalar = leaf("s")  # how long a closed valve has kept the load from the pump [s]
+    disputed: Flag = leaf("1")  # whether a reference was rejected and none has been accepted since
+    # contradicted: by kind, whether inputs have contradicted each other since the last reference
     contradicted: Mapping[str, Flag] = leaf("1", None)
-    since: Mapping[str, Scalar] = leaf("s", None)
-    event: EventState
+    since: Mapping[str, Scalar] = leaf("s", None)  # by input, time since its last reading that was used [s]
+    event: EventState  # a stop or a start of the motor against a closed valve
 
     @classmethod
     def initial(cls, assumptions: Assumptions, measured: tuple[str, ...]) -> UpdateState:
-        """Before the first sample.
-
-        Args:
-            assumptions: of the machine.
-            measured: further inputs.
-        """
+        """Before the first sample."""
         kinds = {
             "speed": SHAFT_ANGLE in measured,
             "torque": DC_POWER in measured or PRESSURES[0] in measured,
@@ -96,85 +82,51 @@ class UpdateState:
 
 @dataclass(frozen=True)
 class Prediction:
-    """The balance's step within a sample.
+    """The balance's step within a sample."""
 
-    Attributes:
-        sample: with the speed that is used.
-        intake: what is wrong with it.
-        checks: of the drive's reports, pressures among them.
-        step: of the load observer.
-        leakage: its law at this sample.
-        linearised_at: the quantities that the step was made with.
-        travel_by, torque_by: derivatives of travel and torque with respect to that.
-        warming: of the oil [K/s].
-        position: nominal, before the sample [m].
-        known: whether a position was known before it.
-        known_load: whether the load has been observed once.
-    """
-
-    sample: Sample
-    intake: Intake
-    checks: DriveChecks
-    step: LoadStep
-    leakage: Leakage
-    linearised_at: Mapping[Quantity, Scalar]
+    sample: Sample  # with the speed that is used
+    intake: Intake  # what is wrong with it
+    checks: DriveChecks  # of the drive's reports, pressures among them
+    step: LoadStep  # of the load observer
+    leakage: Leakage  # its law at this sample
+    linearised_at: Mapping[Quantity, Scalar]  # the quantities that the step was made with
+    # travel_by, torque_by: derivatives of travel and torque with respect to that
     travel_by: Mapping[Quantity, Scalar]
     torque_by: Mapping[Quantity, Scalar]
-    warming: Scalar
-    position: Scalar
-    known: Flag
-    known_load: Flag
+    warming: Scalar  # of the oil [K/s]
+    position: Scalar  # nominal, before the sample [m]
+    known: Flag  # whether a position was known before it
+    known_load: Flag  # whether the load has been observed once
 
 
 @dataclass(frozen=True)
 class ContactEvidence:
-    """What the piston may have met.
+    """What the piston may have met."""
 
-    Attributes:
-        contact: that was found.
-        nominal: position after the step, without it [m].
-        relief: what passed a relief valve until this sample.
-    """
-
-    contact: Contact
-    nominal: Scalar
-    relief: Relief
+    contact: Contact  # that was found
+    nominal: Scalar  # position after the step, without it [m]
+    relief: Relief  # what passed a relief valve until this sample
 
 
 @dataclass(frozen=True)
 class Updated:
-    """What is known after the sample.
+    """What is known after the sample."""
 
-    Attributes:
-        bank: the hypotheses.
-        measured: what a measurement did.
-        pending: standard deviation by oil that may have passed a relief valve, until a contact decides [m].
-        relief: what passed a relief valve.
-        fault_passed: whether inputs have contradicted each other since the last reference.
-        is_update: whether anything was measured.
-    """
-
-    bank: Bank
-    measured: Measured
-    pending: Scalar
-    relief: Relief
-    fault_passed: Flag
-    is_update: Flag
+    bank: Bank  # the hypotheses
+    measured: Measured  # what a measurement did
+    pending: Scalar  # standard deviation by oil that may have passed a relief valve, until a contact decides [m]
+    relief: Relief  # what passed a relief valve
+    fault_passed: Flag  # whether inputs have contradicted each other since the last reference
+    is_update: Flag  # whether anything was measured
 
 
 @dataclass(frozen=True)
 class Predicted:
-    """The filters after the step, before any measurement.
+    """The filters after the step, before any measurement."""
 
-    Attributes:
-        free: as the step leaves them.
-        bank: the same within the cylinder.
-        flow: oil over a relief valve.
-    """
-
-    free: Bank
-    bank: Bank
-    flow: ReliefFlow
+    free: Bank  # as the step leaves them
+    bank: Bank  # the same within the cylinder
+    flow: ReliefFlow  # oil over a relief valve
 
 
 def predict(state: UpdateState, bank: Bank, at: Prediction, met: ContactEvidence, model: MachineModel) -> Predicted:
@@ -202,17 +154,7 @@ def measure(
     lever: Lever | None,
     model: MachineModel,
 ) -> tuple[UpdateState, LinkState | None, Updated]:
-    """What torque, contact, reference, angle and readings teach the filters, one after the other.
-
-    Args:
-        state: before the sample.
-        link: the angle that was used last, where it is measured.
-        predicted: the hypotheses after the step.
-        at: the step.
-        met: what the piston may have met.
-        lever: position over angle, where it is measured.
-        model: of the machine.
-    """
+    """What torque, contact, reference, angle and readings teach the filters, one after the other."""
     bank, flow = predicted.bank, predicted.flow
     closed_for, torque = _torque_evidence(state, at, met, model)
     event, shown = follow_event(
@@ -266,10 +208,7 @@ def _grows(at: Prediction, contact: Contact, passed: Scalar, model: MachineModel
     """By how much the position is less certain after the sample, beside what the filter knows of the machine [m].
 
     Args:
-        at: the balance's step.
-        contact: that was found.
         passed: by oil over a relief valve [m].
-        model: of the machine.
     """
     sample, step = at.sample, at.step
     creeps = creep(sample, at.position, step.load.value / model.relief_load, at.warming, model)
@@ -305,18 +244,12 @@ def _contradicted(state: UpdateState, checks: DriveChecks, measured: Measured) -
 
 @dataclass(frozen=True)
 class ReliefFlow:
-    """Oil over a relief valve at a sample.
+    """Oil over a relief valve at a sample."""
 
-    Attributes:
-        passed: by which it makes the position less certain for good [m].
-        pending: by which it does as long as it may have passed [m].
-        back: travel by which the position goes back, extension positive [m].
-        waiting_std, waiting_shift, free_travel: of the state after the sample [m].
-    """
-
-    passed: Scalar
-    pending: Scalar
-    back: Scalar
+    passed: Scalar  # by which it makes the position less certain for good [m]
+    pending: Scalar  # by which it does as long as it may have passed [m]
+    back: Scalar  # travel by which the position goes back, extension positive [m]
+    # waiting_std, waiting_shift, free_travel: of the state after the sample [m]
     waiting_std: Scalar
     waiting_shift: Scalar
     free_travel: Scalar
@@ -369,10 +302,7 @@ def _time_update(bank: Bank, at: Prediction, grows: Scalar, model: MachineModel)
     """The filters' time update.
 
     Args:
-        bank: before the step.
-        at: the step.
         grows: by which the position is less certain besides [m].
-        model: of the machine.
     """
     step, drive, dt = at.step, model.assumed.drive, at.sample.elapsed
     share = model.assumed.machine.leak_by_viscosity * ca.fabs(at.leakage.change)
@@ -430,18 +360,13 @@ def _torque_evidence(
 
 @dataclass(frozen=True)
 class Place:
-    """A contact or a reference: a measurement of the place, and whether it is one with the retracted or extended end.
+    """A contact or a reference: a measurement of the place, and whether it is one with an end."""
 
-    Attributes:
-        measurement: of it.
-        low, top: whether it is a contact with that end.
-        stands: nominal position without it [m].
-    """
-
-    measurement: Measurement
+    measurement: Measurement  # of it
+    # low, top: whether it is a contact with that end
     low: Flag
     top: Flag
-    stands: Scalar
+    stands: Scalar  # nominal position without it [m]
 
 
 def _place(at: Prediction, met: ContactEvidence, model: MachineModel) -> Place:

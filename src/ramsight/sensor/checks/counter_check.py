@@ -26,46 +26,27 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True, kw_only=True)
 class CounterCheckState:
-    """Speed and counter.
+    """Speed and counter."""
 
-    Attributes:
-        jumps: of the counter lately.
-        counted: angle by the counter lately [rad].
-        reported: angle by the reported speed lately [rad].
-        difference: of both.
-        speed_was_wrong: whether the reported speed was at the last sample.
-        used_speed: that was used then [rad/s].
-        uncertain: whether the counter that was used may have been wrong then.
-        diagnosis: of the reported speed.
-    """
-
-    jumps: Scalar = leaf("1")
-    counted: Scalar = leaf("rad")
-    reported: Scalar = leaf("rad")
-    difference: Sums = field(default_factory=Sums)
-    speed_was_wrong: Flag = leaf("1")
-    used_speed: Scalar = leaf("rad/s")
-    uncertain: Flag = leaf("1")
-    diagnosis: DiagnosisState = field(default_factory=DiagnosisState)
+    jumps: Scalar = leaf("1")  # of the counter lately
+    counted: Scalar = leaf("rad")  # angle by the counter lately [rad]
+    reported: Scalar = leaf("rad")  # angle by the reported speed lately [rad]
+    difference: Sums = field(default_factory=Sums)  # of both
+    speed_was_wrong: Flag = leaf("1")  # whether the reported speed was at the last sample
+    used_speed: Scalar = leaf("rad/s")  # that was used then [rad/s]
+    uncertain: Flag = leaf("1")  # whether the counter that was used may have been wrong then
+    diagnosis: DiagnosisState = field(default_factory=DiagnosisState)  # of the reported speed
 
 
 @dataclass(frozen=True)
 class Counting:
-    """The counter at a sample.
+    """The counter at a sample."""
 
-    Attributes:
-        jumps: of it lately.
-        wild: whether it jumps again and again, and so counts nothing.
-        speed: mean over the sample by it [rad/s].
-        counted: angle by it lately [rad].
-        reported: angle by the reported speed lately [rad].
-    """
-
-    jumps: Scalar
-    wild: Flag
-    speed: Scalar
-    counted: Scalar
-    reported: Scalar
+    jumps: Scalar  # of it lately
+    wild: Flag  # whether it jumps again and again, and so counts nothing
+    speed: Scalar  # mean over the sample by it [rad/s]
+    counted: Scalar  # angle by it lately [rad]
+    reported: Scalar  # angle by the reported speed lately [rad]
 
     @property
     def ratio(self) -> Scalar:
@@ -75,23 +56,14 @@ class Counting:
 
 @dataclass(frozen=True)
 class CounterCheck:
-    """What speed and counter show of each other.
+    """What speed and counter show of each other."""
 
-    Attributes:
-        speed: of the shaft, mean over the sample, by the counter where there is one [rad/s].
-        speed_wrong: whether the reported speed is wrong.
-        counter_wrong: whether the counter is.
-        undecided: whether one of them is, and which is unknown.
-        grows: by how much the position's standard deviation grows [m].
-        more: outputs with their units.
-    """
-
-    speed: Scalar
-    speed_wrong: Flag
-    counter_wrong: Flag
-    undecided: Flag
-    grows: Scalar
-    more: Mapping[str, tuple[Scalar, str]]
+    speed: Scalar  # of the shaft, mean over the sample, by the counter where there is one [rad/s]
+    speed_wrong: Flag  # whether the reported speed is wrong
+    counter_wrong: Flag  # whether the counter is
+    undecided: Flag  # whether one of them is, and which is unknown
+    grows: Scalar  # by how much the position's standard deviation grows [m]
+    more: Mapping[str, tuple[Scalar, str]]  # outputs with their units
 
     @classmethod
     def none(cls, speed: Scalar) -> CounterCheck:
@@ -134,11 +106,7 @@ def judge_counter(
     """Whether speed and counter are apart, which of them is wrong by the power, and the sample with the right one.
 
     Args:
-        state: before the sample.
-        sample: with the reported speed.
-        counting: the counter at it.
         by_power: whether the power contradicts the torque at the reported speed, and at the counter's; None without.
-        model: of the machine.
     """
     shaft, drive = model.assumed.shaft, model.assumed.drive
     off = sample.mean_speed - counting.speed

@@ -44,22 +44,17 @@ KINDS = ("gain", "offset", "sign", "stuck", "other")
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """Weighted sums since a contradiction began.
+    """Weighted sums since a contradiction began."""
 
-    Attributes:
-        yy, xy, xx, y, x, one: of the products, of the reports and of 1, over the noise's variance.
-        count: how many samples are new evidence.
-        anywhere: of the logarithm of a uniform density over the noise's.
-    """
-
+    # yy, xy, xx, y, x, one: of the products, of the reports and of 1, over the noise's variance
     yy: Scalar = leaf("1")
     xy: Scalar = leaf("1")
     xx: Scalar = leaf("1")
     y: Scalar = leaf("1")
     x: Scalar = leaf("1")
     one: Scalar = leaf("1")
-    count: Scalar = leaf("1")
-    anywhere: Scalar = leaf("1")
+    count: Scalar = leaf("1")  # how many samples are new evidence
+    anywhere: Scalar = leaf("1")  # of the logarithm of a uniform density over the noise's
 
     def swapped(self) -> Evidence:
         """With the other report assumed to be right."""
@@ -82,12 +77,7 @@ def gathered(before: Evidence, y: Scalar, x: Scalar, std: Scalar, count: Real, m
     """The sums with one more sample.
 
     Args:
-        before: the sums.
-        y: one report.
-        x: the other one, which is assumed to be right.
-        std: of the noise between them.
         count: how far the sample is new evidence [1]; 0 for none.
-        most: the greatest level.
 
     Example:
         >>> found = gathered(Evidence(), ca.DM(13.0), ca.DM(10.0), ca.DM(0.1), 1.0, 400.0)
@@ -112,8 +102,6 @@ def likelihoods(sums: Evidence, most: Real, gain: Real = 0.0) -> tuple[Scalar, .
     """Natural logarithms of the evidence of `KINDS`, but for a common term.
 
     Args:
-        sums: of the samples.
-        most: the greatest level.
         gain: by which the two reports may differ without a fault, standard deviation [1].
     """
     s = sums
@@ -166,53 +154,33 @@ def offset_of(sums: Evidence) -> Scalar:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two reports of one level, as a sensor's step has them.
+    """Two reports of one level, as a sensor's step has them."""
 
-    Attributes:
-        name: of the report that may be wrong, ``"speed"``; outputs begin with it.
-        unit: of the level.
-        reported, other: both.
-        std: of the noise between them at this sample.
-        delay: by which they may be apart in time [s].
-        there: whether both show something.
-        most: the greatest level.
-        least: level from which on reports that agree show that no fault is left.
-        gain: by which they may differ without a fault, standard deviation [1].
-    """
-
-    name: str
-    unit: str
+    name: str  # of the report that may be wrong, ``"speed"``; outputs begin with it
+    unit: str  # of the level
+    # reported, other: both
     reported: Scalar
     other: Scalar
-    std: Scalar
-    delay: float
-    there: Flag
-    most: Real
-    least: Real
-    gain: float = 0.0
+    std: Scalar  # of the noise between them at this sample
+    delay: float  # by which they may be apart in time [s]
+    there: Flag  # whether both show something
+    most: Real  # the greatest level
+    least: Real  # level from which on reports that agree show that no fault is left
+    gain: float = 0.0  # by which they may differ without a fault, standard deviation [1]
 
 
 @dataclass(frozen=True, kw_only=True)
 class DiagnosisState:
-    """A contradiction that is diagnosed.
+    """A contradiction that is diagnosed."""
 
-    Attributes:
-        evidence: sums of samples that count.
-        waiting: sums of samples that wait until a later one contradicts as well.
-        diagnosed: whether the contradiction was there at the last sample.
-        level: of the other report at it.
-        agreed_for: how long both have agreed as they moved [s].
-        over: whether the fault is over though the contradiction is still shown.
-        other_wrong: whether the other report is known to be wrong.
-    """
-
-    evidence: Evidence = field(default_factory=Evidence)
+    evidence: Evidence = field(default_factory=Evidence)  # sums of samples that count
+    # waiting: sums of samples that wait until a later one contradicts as well
     waiting: Evidence = field(default_factory=Evidence)
-    diagnosed: Flag = leaf("1")
-    level: Scalar = leaf("unit")
-    agreed_for: Scalar = leaf("s")
-    over: Flag = leaf("1")
-    other_wrong: Flag = leaf("1")
+    diagnosed: Flag = leaf("1")  # whether the contradiction was there at the last sample
+    level: Scalar = leaf("unit")  # of the other report at it
+    agreed_for: Scalar = leaf("s")  # how long both have agreed as they moved [s]
+    over: Flag = leaf("1")  # whether the fault is over though the contradiction is still shown
+    other_wrong: Flag = leaf("1")  # whether the other report is known to be wrong
 
 
 def diagnose(
@@ -226,11 +194,6 @@ def diagnose(
     """Weigh the hypotheses while two reports contradict each other.
 
     Args:
-        state: before the sample.
-        sample: of the sensor.
-        pair: the reports.
-        alarm: whether they contradict each other.
-        own: whether it is known that the report itself is wrong.
         other: whether it is known that the other one is; then probabilities, gain and offset are its, until the alarm
             is over or the opposite is known.
 

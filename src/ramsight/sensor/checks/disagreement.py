@@ -24,40 +24,24 @@ from ramsight.sensor.thresholds import FALSE_ALARM_RATE, HALF, MEMORY_TIME
 
 @dataclass(frozen=True)
 class Disagreement:
-    """How far two reports are apart.
+    """How far two reports are apart."""
 
-    Attributes:
-        by: the sum of their difference [unit of the level times s].
-        allowed: bound of it without a fault.
-        late: the part of that bound by delays.
-        alarm: whether the bound is exceeded, and since then the sum has not fallen to half of it.
-    """
-
-    by: Scalar
-    allowed: Scalar
-    late: Scalar
-    alarm: Flag
+    by: Scalar  # the sum of their difference [unit of the level times s]
+    allowed: Scalar  # bound of it without a fault
+    late: Scalar  # the part of that bound by delays
+    alarm: Flag  # whether the bound is exceeded, and since then the sum has not fallen to half of it
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sums:
-    """What is kept of two reports from sample to sample.
+    """What is kept of two reports from sample to sample."""
 
-    Attributes:
-        apart: sum of their difference [unit of the level times s].
-        mean: of the level lately.
-        variance: of the sum, by noise.
-        lasts: standard deviation of the sum, by what persists.
-        level: at the last sample.
-        alarm: whether there was one.
-    """
-
-    apart: Scalar = leaf("unit s")
-    mean: Scalar = leaf("unit")
-    variance: Scalar = leaf("(unit s)2")
-    lasts: Scalar = leaf("unit s")
-    level: Scalar = leaf("unit")
-    alarm: Flag = leaf("1")
+    apart: Scalar = leaf("unit s")  # sum of their difference [unit of the level times s]
+    mean: Scalar = leaf("unit")  # of the level lately
+    variance: Scalar = leaf("(unit s)2")  # of the sum, by noise
+    lasts: Scalar = leaf("unit s")  # standard deviation of the sum, by what persists
+    level: Scalar = leaf("unit")  # at the last sample
+    alarm: Flag = leaf("1")  # whether there was one
 
 
 def sure(memory: float) -> float:
@@ -85,14 +69,10 @@ def summed(
     """The sums after a sample, and what they show.
 
     Args:
-        before: the sums.
         difference: of the reports at this sample, 0 where one is missing.
-        started: whether there was a sample before.
         elapsed: since then [s].
-        level: that both follow, by one of them.
         delay: by which they may be apart in time [s].
         lasting: standard deviation of the difference that persists [unit of the level].
-        noise: standard deviation of it that is new with each sample.
         memory: over which is summed, T [s].
     """
     h = elapsed
@@ -116,13 +96,9 @@ def compared(
     """Two reports of a sensor's sample, summed as `summed` does.
 
     Args:
-        before: the sums.
-        sample: of the sensor.
         difference: of the reports at this sample, 0 where one is missing.
-        level: that both follow, by one of them.
         delay: by which they may be apart in time [s].
         lasting: standard deviation of the difference that persists [unit of the level].
-        noise: standard deviation of it that is new with each sample.
     """
     return summed(
         before,
@@ -143,23 +119,16 @@ def leaky_sum(before: Scalar, rate: Real, elapsed: Scalar) -> Scalar:
 
 @dataclass(frozen=True, kw_only=True)
 class OnsetState:
-    """A growth that waits for its alarm.
+    """A growth that waits for its alarm."""
 
-    Attributes:
-        alarm: whether there was one at the last sample.
-        waiting: what came together lately [m].
-    """
-
-    alarm: Flag = leaf("1")
-    waiting: Scalar = leaf("m")
+    alarm: Flag = leaf("1")  # whether there was one at the last sample
+    waiting: Scalar = leaf("m")  # what came together lately [m]
 
 
 def growth_from_onset(state: OnsetState, alarm: Flag, rate: Scalar, elapsed: Scalar) -> tuple[OnsetState, Scalar]:
     """Growth of the position's standard deviation while an alarm lasts [m], with what came together before its onset.
 
     Args:
-        state: before the sample.
-        alarm: whether there is one.
         rate: of the growth [m/s].
         elapsed: since the last sample [s].
     """

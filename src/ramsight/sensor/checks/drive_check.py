@@ -32,15 +32,10 @@ Outputs = Mapping[str, tuple[Scalar, str]]
 
 @dataclass(frozen=True, kw_only=True)
 class DriveState:
-    """Reports that are held against each other.
+    """Reports that are held against each other."""
 
-    Attributes:
-        counter: the shaft's, where it is declared.
-        power: of the DC link, where it is declared.
-    """
-
-    counter: CounterCheckState | None = None
-    power: PowerState | None = None
+    counter: CounterCheckState | None = None  # the shaft's, where it is declared
+    power: PowerState | None = None  # of the DC link, where it is declared
 
     @classmethod
     def initial(cls, assumptions: Assumptions) -> DriveState | None:
@@ -57,29 +52,23 @@ class DriveState:
 
 @dataclass(frozen=True)
 class DriveChecks:
-    """What contradictions within the drive's report show.
+    """What contradictions within the drive's report show."""
 
-    Attributes:
-        speed_wrong: the speed contradicts counter and power; the counter has been used.
-        counter_wrong: the counter contradicts speed and power; the speed has been used.
-        undecided: speed and counter contradict each other, and which is right is unknown.
-        torque_wrong: torque and power contradict each other.
-        sign_wrong: the sign of torque or speed contradicts the shaft's inertia.
-        grows: by how much the position's standard deviation grows as a whole for it [m].
-        torque_off: how much the torque may be off while it is contradicted [N m], else 0.
-        more: outputs with their units.
-        declared: whether anything is held against anything.
-    """
-
+    # speed_wrong: the speed contradicts counter and power; the counter has been used
     speed_wrong: Flag = field(default_factory=lambda: flag(False))
+    # counter_wrong: the counter contradicts speed and power; the speed has been used
     counter_wrong: Flag = field(default_factory=lambda: flag(False))
+    # undecided: speed and counter contradict each other, and which is right is unknown
     undecided: Flag = field(default_factory=lambda: flag(False))
-    torque_wrong: Flag = field(default_factory=lambda: flag(False))
+    torque_wrong: Flag = field(default_factory=lambda: flag(False))  # torque and power contradict each other
+    # sign_wrong: the sign of torque or speed contradicts the shaft's inertia
     sign_wrong: Flag = field(default_factory=lambda: flag(False))
+    # grows: by how much the position's standard deviation grows as a whole for it [m]
     grows: Scalar = field(default_factory=lambda: scalar(0.0))
+    # torque_off: how much the torque may be off while it is contradicted [N m], else 0
     torque_off: Scalar = field(default_factory=lambda: scalar(0.0))
-    more: Outputs = field(default_factory=dict)
-    declared: bool = False
+    more: Outputs = field(default_factory=dict)  # outputs with their units
+    declared: bool = False  # whether anything is held against anything
 
     @property
     def contradicted(self) -> Flag:
@@ -98,8 +87,6 @@ def check_drive(
 
     Args:
         state: before the sample; None where neither counter nor power is declared.
-        sample: with checked inputs.
-        model: of the machine.
     """
     if state is None:
         return None, sample, DriveChecks()
@@ -125,21 +112,13 @@ def check_drive(
 
 @dataclass(frozen=True)
 class _Powers:
-    """The power against the torque, at the reported speed and at the counter's.
+    """The power against the torque, at the reported speed and at the counter's."""
 
-    Attributes:
-        reading: of the power.
-        reported_sums: at the reported speed, after the sample.
-        reported: what they show.
-        counted_sums: at the counter's speed, where there is one.
-        counted: what they show; without a counter as at the reported speed.
-    """
-
-    reading: PowerReading
-    reported_sums: Sums
-    reported: Disagreement
-    counted_sums: Sums | None
-    counted: Disagreement
+    reading: PowerReading  # of the power
+    reported_sums: Sums  # at the reported speed, after the sample
+    reported: Disagreement  # what they show
+    counted_sums: Sums | None  # at the counter's speed, where there is one
+    counted: Disagreement  # what they show; without a counter as at the reported speed
 
 
 def _powers(state: PowerState, sample: Sample, counting: Counting | None, model: MachineModel) -> _Powers:
@@ -154,15 +133,7 @@ def _powers(state: PowerState, sample: Sample, counting: Counting | None, model:
 def _check_torque(
     power: _Powers, sample: Sample, counter: CounterCheck, checks: DriveChecks, model: MachineModel
 ) -> tuple[PowerState, DriveChecks]:
-    """Whether the torque is wrong by the power, and the power's state after the sample.
-
-    Args:
-        power: against the torque.
-        sample: with the speed that is used.
-        counter: what speed and counter show.
-        checks: what is found so far.
-        model: of the machine.
-    """
+    """Whether the torque is wrong by the power, and the power's state after the sample."""
     reading, state = power.reading, power.reading.state
     off, covariance = reading.learned(counter.speed, power.counted)
     # While speed and counter are disputed the power shows which of them is right, and nothing of the torque.

@@ -46,21 +46,13 @@ class BandState:
 
 @dataclass(frozen=True, kw_only=True)
 class InertiaState:
-    """Torque and acceleration.
+    """Torque and acceleration."""
 
-    Attributes:
-        ramp: whether the motor turned one way at the last sample.
-        expected: filter of the torque that the acceleration asks for.
-        reported: filter of the reported torque.
-        evidence: cumulative sum of log-likelihood ratios.
-        alarm: whether it showed a wrong sign.
-    """
-
-    ramp: Flag = leaf("1")
-    expected: BandState = field(default_factory=BandState)
-    reported: BandState = field(default_factory=BandState)
-    evidence: Scalar = leaf("1")
-    alarm: Flag = leaf("1")
+    ramp: Flag = leaf("1")  # whether the motor turned one way at the last sample
+    expected: BandState = field(default_factory=BandState)  # filter of the torque that the acceleration asks for
+    reported: BandState = field(default_factory=BandState)  # filter of the reported torque
+    evidence: Scalar = leaf("1")  # cumulative sum of log-likelihood ratios
+    alarm: Flag = leaf("1")  # whether it showed a wrong sign
 
     @classmethod
     def initial(cls, assumptions: Assumptions) -> InertiaState | None:
@@ -80,11 +72,7 @@ def check_inertia(
     """The checks with what ramps show of the signs.
 
     Args:
-        state: before the sample.
-        sample: with the speed that is used.
-        checks: of counter and power.
         inertia: at the motor shaft [kg m2].
-        model: of the machine.
     """
     h = ca.fmax(sample.elapsed, SHORTEST_STEP)
     ramp = _turns_one_way(sample)

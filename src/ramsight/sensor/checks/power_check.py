@@ -38,38 +38,22 @@ GAIN, COPPER, IRON = "gain", "copper", "iron"
 
 @dataclass(frozen=True, kw_only=True)
 class PowerState:
-    """Power, torque and speed.
+    """Power, torque and speed."""
 
-    Attributes:
-        last: power at the last sample that had one [W].
-        begun: whether the last sample had one.
-        turned: angle of the shaft lately [rad].
-        by_reported: difference at the reported speed.
-        by_counter: difference at the counter's speed, where there is one.
-        off: gain and losses over the declared ones, less 1, as learned.
-        covariance: of these.
-        torque_onset: growth of the position's standard deviation by a torque that is contradicted.
-        diagnosis: of the torque.
-    """
-
-    last: Scalar = leaf("W")
-    begun: Flag = leaf("1")
-    turned: Scalar = leaf("rad")
-    by_reported: Sums = field(default_factory=Sums)
-    by_counter: Sums | None = None
-    off: Mapping[str, Scalar] = leaf("1", None)
-    covariance: Covariance
+    last: Scalar = leaf("W")  # power at the last sample that had one [W]
+    begun: Flag = leaf("1")  # whether the last sample had one
+    turned: Scalar = leaf("rad")  # angle of the shaft lately [rad]
+    by_reported: Sums = field(default_factory=Sums)  # difference at the reported speed
+    by_counter: Sums | None = None  # difference at the counter's speed, where there is one
+    off: Mapping[str, Scalar] = leaf("1", None)  # gain and losses over the declared ones, less 1, as learned
+    covariance: Covariance  # of these
+    # torque_onset: growth of the position's standard deviation by a torque that is contradicted
     torque_onset: OnsetState = field(default_factory=OnsetState)
-    diagnosis: DiagnosisState = field(default_factory=DiagnosisState)
+    diagnosis: DiagnosisState = field(default_factory=DiagnosisState)  # of the torque
 
     @classmethod
     def initial(cls, assumptions: Assumptions, *, with_counter: bool) -> PowerState:
-        """Before the first sample.
-
-        Args:
-            assumptions: of the machine.
-            with_counter: whether the shaft has a counter.
-        """
+        """Before the first sample."""
         return cls(
             by_counter=Sums() if with_counter else None,
             off={one: scalar(0.0) for one in (GAIN, COPPER, IRON)},
@@ -84,27 +68,16 @@ def _declared(power: AssumedPower) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class PowerReading:
-    """The power at a sample, means over the sample as the speed is.
+    """The power at a sample, means over the sample as the speed is."""
 
-    Attributes:
-        state: before it.
-        sample: with the reported speed.
-        model: of the machine.
-        reported: power at the sample [W].
-        there: whether it can be compared.
-        power: mean [W].
-        torque: mean [N m].
-        turned: angle of the shaft lately [rad].
-    """
-
-    state: PowerState
-    sample: Sample
-    model: MachineModel
-    reported: Scalar
-    there: Flag
-    power: Scalar
-    torque: Scalar
-    turned: Scalar
+    state: PowerState  # before it
+    sample: Sample  # with the reported speed
+    model: MachineModel  # of the machine
+    reported: Scalar  # power at the sample [W]
+    there: Flag  # whether it can be compared
+    power: Scalar  # mean [W]
+    torque: Scalar  # mean [N m]
+    turned: Scalar  # angle of the shaft lately [rad]
 
     @classmethod
     def of(cls, state: PowerState, sample: Sample, model: MachineModel) -> PowerReading:
@@ -169,7 +142,6 @@ class PowerReading:
 
         Args:
             speed: of the shaft [rad/s].
-            covariance: of gain and losses, after the sample.
         """
         turning, assumed = ca.fmax(ca.fabs(speed), MIXED_FRICTION_SPEED), self.model.assumed
         return Pair(
@@ -198,7 +170,6 @@ class PowerReading:
 
         Args:
             speed: of the shaft [rad/s].
-            found: the power against the torque at that speed.
         """
         dt, drive = self.sample.elapsed, self.model.assumed.drive
         h = ca.fmax(dt, SHORTEST_STEP)

@@ -26,16 +26,11 @@ from ramsight.sensor.thresholds import EFFICIENCY_STD, TORQUE_ERROR_TIME
 
 @dataclass(frozen=True, kw_only=True)
 class PressureCheckState:
-    """Torque and pressures.
+    """Torque and pressures."""
 
-    Attributes:
-        difference: of the torque and what the pressures ask for.
-        shown: time for which the pressures showed a torque lately [s].
-        onset: growth of the position's standard deviation while they contradict it.
-    """
-
-    difference: Sums = field(default_factory=Sums)
-    shown: Scalar = leaf("s")
+    difference: Sums = field(default_factory=Sums)  # of the torque and what the pressures ask for
+    shown: Scalar = leaf("s")  # time for which the pressures showed a torque lately [s]
+    # onset: growth of the position's standard deviation while they contradict it
     onset: OnsetState = field(default_factory=OnsetState)
 
     @classmethod
@@ -55,12 +50,8 @@ def check_pressures(
     """The checks with what pressures show of the torque.
 
     Args:
-        state: before the sample.
-        sample: with the speed that is used.
-        checks: of the drive alone.
         over: reported torque beyond what the pressures ask for [N m], 0 where they show none.
         over_std: standard deviation of that by theirs [N m], 0 there.
-        model: of the machine.
     """
     drive = model.assumed.drive
     shown = over_std > 0.0

@@ -30,32 +30,20 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True, kw_only=True)
 class EmptyState:
-    """Oil that may give the piston no force, where the pumps act on one side only.
+    """Oil that may give the piston no force, where the pumps act on one side only."""
 
-    Attributes:
-        since: how long it may have given none [s].
-        carried: largest load lately, before that [N].
-    """
-
-    since: Scalar = leaf("s")
-    carried: Scalar = leaf("N")
+    since: Scalar = leaf("s")  # how long it may have given none [s]
+    carried: Scalar = leaf("N")  # largest load lately, before that [N]
 
 
 @dataclass(frozen=True)
 class Emptiness:
-    """What is known of that at a sample.
+    """What is known of that at a sample."""
 
-    Attributes:
-        state: after the sample; None where the pumps act on both sides.
-        share: how likely the oil gives no force, 0 to 1.
-        may_be: whether it may give none.
-        surely: whether it surely gives none.
-    """
-
-    state: EmptyState | None
-    share: Real
-    may_be: Condition
-    surely: Condition
+    state: EmptyState | None  # after the sample; None where the pumps act on both sides
+    share: Real  # how likely the oil gives no force, 0 to 1
+    may_be: Condition  # whether it may give none
+    surely: Condition  # whether it surely gives none
 
 
 def emptiness(
@@ -71,14 +59,10 @@ def emptiness(
     """Whether the oil gives the piston a force.
 
     Args:
-        state: before the sample.
-        z: the circuit's states after it.
         load: estimated [N].
         variance: of it [N2].
         friction: of the pumps, as a torque of the motor [N m].
         bounce: half a period of the load on its oil [s].
-        sample: with the speed that is used.
-        model: of the machine.
     """
     if model.passive:  # a load that only resists keeps the piston where it is
         return Emptiness(None, 0.0, flag(False), flag(False))
@@ -108,13 +92,6 @@ def not_risen(z: Vector, before: Vector, empty: Emptiness, sample: Sample, model
 
     What a torque shows then as a pull is the load's inertia: it has been thrown up, and comes back. A piston without
     mass would follow the pull, and draw oil as fast as it gets any.
-
-    Args:
-        z: states after the sample, by the balance: position, velocity, pressures.
-        before: states before it.
-        empty: whether the oil gives the piston a force.
-        sample: with the speed that is used.
-        model: of the machine.
 
     Returns:
         The states, and how high the load may fly as the pump stops [m]: v^2/(2 g).

@@ -41,32 +41,20 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True, kw_only=True)
 class LeakageState:
-    """The slow temperature from whose distance the rate of change follows.
+    """The slow temperature from whose distance the rate of change follows."""
 
-    Attributes:
-        temperature: [K].
-        age: of the filter [s].
-    """
-
-    temperature: Scalar = leaf("K")
-    age: Scalar = leaf("s")
+    temperature: Scalar = leaf("K")  # [K]
+    age: Scalar = leaf("s")  # of the filter [s]
 
 
 @dataclass(frozen=True)
 class Leakage:
-    """Leakage at a sample, and how it follows what the filter learns.
+    """Leakage at a sample, and how it follows what the filter learns."""
 
-    Attributes:
-        change: logarithm of the viscosity some time ago over now: how much leakage has grown meanwhile [1].
-        rate: of that [1/s].
-        per_kelvin: decrease of the viscosity's logarithm [1/K].
-        by_exponent: logarithm of the reference torque over the torque [1].
-    """
-
-    change: Scalar
-    rate: Scalar
-    per_kelvin: Scalar
-    by_exponent: Scalar
+    change: Scalar  # logarithm of the viscosity some time ago over now: how much leakage has grown meanwhile [1]
+    rate: Scalar  # of that [1/s]
+    per_kelvin: Scalar  # decrease of the viscosity's logarithm [1/K]
+    by_exponent: Scalar  # logarithm of the reference torque over the torque [1]
 
     def scale(self, learned: Values) -> Scalar:
         """Leakage over that by its factor [1]."""
@@ -87,7 +75,6 @@ class Leakage:
 
         Args:
             by: with respect to the factors, leakage as it is at this sample.
-            learned: the quantities that the step was made with.
         """
         scale = self.scale(learned)
         factor = learned[Quantity.LEAKAGE] * scale
@@ -111,10 +98,7 @@ def leakage_law(
     """The law of leakage at a sample.
 
     Args:
-        state: before it.
-        sample: the sample.
         expected_torque: at the last sample [N m].
-        model: of the machine.
     """
     now, dt = sample.oil_temperature, sample.elapsed
     before = ca.if_else(negated(sample.started), now, state.temperature)
@@ -143,11 +127,9 @@ def creep(sample: Sample, position: Scalar, load: Scalar, warming: Scalar, model
     deviations are added and not their squares.
 
     Args:
-        sample: the sample.
         position: before it [m].
         load: over what the relief valves carry [1].
         warming: of the oil [K/s].
-        model: of the machine.
     """
     unit, machine = model.unit, model.assumed.machine
     area = float(unit.cylinder.area(unit.held))
@@ -169,9 +151,7 @@ def unfilled_std(z: Vector, speed: Scalar, model: MachineModel) -> Real:
     much less.
 
     Args:
-        z: the circuit's states.
         speed: of the motor [rad/s].
-        model: of the machine.
     """
     balance, tank, std = model.balance, model.of_circuit("tank.pressure"), model.assumed.machine.filling
     largest: Real = 0.0

@@ -49,31 +49,20 @@ LOAD = "load"
 
 @dataclass(frozen=True, kw_only=True)
 class LoadState:
-    """The simulated circuit and its load.
+    """The simulated circuit and its load."""
 
-    Attributes:
-        circuit: its states but the position, which is the filter's: velocity and pressures [m/s, Pa].
-        load: [N].
-        variance: of a load that changes [N2].
-        first_variance: of the first load, until it has been observed [N2].
-        expected_torque: at the last sample [N m].
-        timing_variance: of the torque by the drive's delay [N2 m2].
-        give: travel per load that the oil's compression allows [m/N].
-        empty: oil that may give the piston no force, where the pumps act on one side only.
-        sensitivities: derivatives of the circuit's states and the load with respect to the balance's factors.
-        pressures: the chambers' sensors, where there are any.
-    """
-
+    # circuit: its states but the position, which is the filter's: velocity and pressures [m/s, Pa]
     circuit: Mapping[str, Scalar] = leaf("SI", None)
-    load: Scalar = leaf("N", None)
-    variance: Scalar = leaf("N2", None)
-    first_variance: Scalar = leaf("N2", None)
-    expected_torque: Scalar = leaf("N m")
-    timing_variance: Scalar = leaf("N2 m2")
-    give: Scalar = leaf("m/N")
+    load: Scalar = leaf("N", None)  # [N]
+    variance: Scalar = leaf("N2", None)  # of a load that changes [N2]
+    first_variance: Scalar = leaf("N2", None)  # of the first load, until it has been observed [N2]
+    expected_torque: Scalar = leaf("N m")  # at the last sample [N m]
+    timing_variance: Scalar = leaf("N2 m2")  # of the torque by the drive's delay [N2 m2]
+    give: Scalar = leaf("m/N")  # travel per load that the oil's compression allows [m/N]
+    # sensitivities: derivatives of the circuit's states and the load with respect to the balance's factors
     sensitivities: Mapping[str, Mapping[str, Scalar]] = leaf("SI", None)
-    pressures: PressureState | None = None
-    empty: EmptyState | None = None
+    pressures: PressureState | None = None  # the chambers' sensors, where there are any
+    empty: EmptyState | None = None  # oil that may give the piston no force, where the pumps act on one side only
 
     @classmethod
     def initial(cls, model: MachineModel) -> LoadState:
@@ -98,17 +87,11 @@ class LoadState:
 
 @dataclass(frozen=True)
 class Piston:
-    """The piston before a sample.
+    """The piston before a sample."""
 
-    Attributes:
-        position: [m]; one that is unknown may be anywhere.
-        held: whether it is held where it is.
-        leaves: whether it was released, and may still stand there.
-    """
-
-    position: Scalar
-    held: Flag
-    leaves: Flag
+    position: Scalar  # [m]; one that is unknown may be anywhere
+    held: Flag  # whether it is held where it is
+    leaves: Flag  # whether it was released, and may still stand there
 
     @classmethod
     def free(cls, position: Scalar) -> Piston:
@@ -128,37 +111,24 @@ class _Gains:
 
 @dataclass(frozen=True)
 class _Innovation:
-    """Of the torque.
+    """Of the torque."""
 
-    Attributes:
-        value: that corrects the load [N m].
-        used: share of what lies within friction that is used.
-    """
-
-    value: Scalar
-    used: Scalar
+    value: Scalar  # that corrects the load [N m]
+    used: Scalar  # share of what lies within friction that is used
 
 
 @dataclass(frozen=True)
 class _Corrected:
-    """The load after the sample, and the step under it.
+    """The load after the sample, and the step under it."""
 
-    Attributes:
-        first, changing: corrections of the load by either cause [N].
-        asked: load that the torque asks for [N].
-        load: within what is possible [N].
-        variance: of a load that changes [N2].
-        solution: of the step under it.
-        z: its states, within reach.
-    """
-
+    # first, changing: corrections of the load by either cause [N]
     first: Scalar
     changing: Scalar
-    asked: Scalar
-    load: Scalar
-    variance: Scalar
-    solution: Solution
-    z: Vector
+    asked: Scalar  # load that the torque asks for [N]
+    load: Scalar  # within what is possible [N]
+    variance: Scalar  # of a load that changes [N2]
+    solution: Solution  # of the step under it
+    z: Vector  # its states, within reach
 
 
 def observe_load(
@@ -172,12 +142,7 @@ def observe_load(
     """One sample of the simulated circuit.
 
     Args:
-        state: before it.
-        sample: with the speed that is used.
-        piston: before it.
-        factors: of the balance, as estimated before the sample.
         warming: rate of the oil's temperature [K/s]; used where the oil expands.
-        model: of the machine.
     """
     moves = sample.elapsed > 0.0
     problem = StepProblem.of(sample, factors, piston.held, warming, model)
@@ -446,7 +411,6 @@ def shifted(state: LoadState, changes: Mapping[str, Real]) -> LoadState:
     """The circuit with pressures that follow factors which have changed, by their derivatives.
 
     Args:
-        state: after the sample.
         changes: by factor [1].
     """
 

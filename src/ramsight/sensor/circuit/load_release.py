@@ -15,13 +15,9 @@ from ramsight.sensor.machine_model import MachineModel
 
 @dataclass(frozen=True, kw_only=True)
 class UnheldState:
-    """The circuit when the piston was last not held.
+    """The circuit when the piston was last not held."""
 
-    Attributes:
-        circuit: its states but the position [m/s, Pa].
-    """
-
-    circuit: Mapping[str, Scalar] = leaf("SI", None, inline=True)
+    circuit: Mapping[str, Scalar] = leaf("SI", None, inline=True)  # its states but the position [m/s, Pa]
 
     @classmethod
     def initial(cls, load: LoadState) -> UnheldState:
@@ -31,17 +27,11 @@ class UnheldState:
 
 @dataclass(frozen=True)
 class Release:
-    """Whether a held piston is released at a sample.
+    """Whether a held piston is released at a sample."""
 
-    Attributes:
-        released: whether it is.
-        held: whether it is held after the sample.
-        shown: share of the change of its pressures while it was held that the torque shows [1].
-    """
-
-    released: Flag
-    held: Flag
-    shown: Scalar
+    released: Flag  # whether it is
+    held: Flag  # whether it is held after the sample
+    shown: Scalar  # share of the change of its pressures while it was held that the torque shows [1]
 
 
 def release_load(
@@ -53,12 +43,8 @@ def release_load(
     by the rest of the way that they went meanwhile, and what the oil gave way by then is travel.
 
     Args:
-        state: the circuit when the piston was last not held.
-        load: the simulated circuit after the sample.
         position: before the sample, within the stroke [m].
-        release: whether the piston is released.
         give: travel per load that the oil's compression allows [m/N].
-        model: of the machine.
     """
     released, shown = release.released, release.shown
     then = {name: state.circuit[name] + shown * (now - state.circuit[name]) for name, now in load.circuit.items()}

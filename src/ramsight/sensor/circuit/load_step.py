@@ -23,132 +23,80 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True)
 class Motion:
-    """How the piston moves.
+    """How the piston moves."""
 
-    Attributes:
-        travel: since the last sample [m].
-        free_travel: what it would be had the load not changed [m].
-        velocity: [m/s].
-        noise: standard deviation of the position by the torque's noise [m].
-        give: travel per load that the oil's compression allows [m/N].
-        give_alone: the same where the other chamber has no pressure left [m/N].
-        bounce: half a period of the mass on that oil [s].
-        flies: how high a load that has been thrown up may fly beyond that [m]; 0 where none has.
-    """
-
-    travel: Scalar
-    free_travel: Scalar
-    velocity: Scalar
-    noise: Scalar
-    give: Scalar
-    give_alone: Scalar
-    bounce: Scalar
-    flies: Real
+    travel: Scalar  # since the last sample [m]
+    free_travel: Scalar  # what it would be had the load not changed [m]
+    velocity: Scalar  # [m/s]
+    noise: Scalar  # standard deviation of the position by the torque's noise [m]
+    give: Scalar  # travel per load that the oil's compression allows [m/N]
+    give_alone: Scalar  # the same where the other chamber has no pressure left [m/N]
+    bounce: Scalar  # half a period of the mass on that oil [s]
+    flies: Real  # how high a load that has been thrown up may fly beyond that [m]; 0 where none has
 
 
 @dataclass(frozen=True)
 class TorqueStep:
-    """How the torque compares with its expectation.
+    """How the torque compares with its expectation."""
 
-    Attributes:
-        expected: after the correction [N m].
-        change: of the expectation since the last sample [N m].
-        innovation: torque less what was expected before the correction, beyond what friction hides [N m].
-        missed: the same with all of it [N m].
-        noise: standard deviation of the torque [N m].
-        hidden: within which it shows nothing at standstill [N m]; 0 while the motor turns.
-        shows: how much it shows of the load, 1 where virtual work holds, 0 where a valve carries it [1].
-    """
-
-    expected: Scalar
-    change: Scalar
-    innovation: Scalar
-    missed: Scalar
-    noise: Scalar
-    hidden: Scalar
-    shows: Scalar
+    expected: Scalar  # after the correction [N m]
+    change: Scalar  # of the expectation since the last sample [N m]
+    innovation: Scalar  # torque less what was expected before the correction, beyond what friction hides [N m]
+    missed: Scalar  # the same with all of it [N m]
+    noise: Scalar  # standard deviation of the torque [N m]
+    hidden: Scalar  # within which it shows nothing at standstill [N m]; 0 while the motor turns
+    shows: Scalar  # how much it shows of the load, 1 where virtual work holds, 0 where a valve carries it [1]
 
 
 @dataclass(frozen=True)
 class LoadEstimate:
-    """The load.
+    """The load."""
 
-    Attributes:
-        value: on the piston, its friction beside it [N].
-        asked: that the torque asks for, be it possible or not [N].
-        std: standard deviation [N].
-        carried: load that the pressures carry [N].
-        empty: whether the held chamber has no pressure left and the other one gives no force either.
-        empty_share: how likely that is so for a moment, less than half a period of the mass on its oil, 0 to 1.
-    """
-
-    value: Scalar
-    asked: Scalar
-    std: Scalar
-    carried: Scalar
-    empty: Condition
-    empty_share: Real
+    value: Scalar  # on the piston, its friction beside it [N]
+    asked: Scalar  # that the torque asks for, be it possible or not [N]
+    std: Scalar  # standard deviation [N]
+    carried: Scalar  # load that the pressures carry [N]
+    empty: Condition  # whether the held chamber has no pressure left and the other one gives no force either
+    empty_share: Real  # how likely that is so for a moment, less than half a period of the mass on its oil, 0 to 1
 
 
 @dataclass(frozen=True)
 class LoadStep:
-    """What the load observer finds of a sample.
+    """What the load observer finds of a sample."""
 
-    Attributes:
-        motion: of the piston.
-        torque: of the motor.
-        load: on the piston.
-        z: states of the circuit.
-        travel_by: derivatives of the travel with respect to the balance's factors [m].
-        torque_by: of the torque that it shows of a piston that stands [N m].
-        over_pressures: torque beyond what measured pressures ask of the pump, and its standard deviation by theirs
-            [N m]; None where there are none.
-        pump_heat: what leakage and friction of the pumps turn into heat [W]; None where no heat is described.
-    """
-
-    motion: Motion
-    torque: TorqueStep
-    load: LoadEstimate
-    z: Vector
-    travel_by: tuple[Scalar, ...]
-    torque_by: tuple[Scalar, ...]
+    motion: Motion  # of the piston
+    torque: TorqueStep  # of the motor
+    load: LoadEstimate  # on the piston
+    z: Vector  # states of the circuit
+    travel_by: tuple[Scalar, ...]  # derivatives of the travel with respect to the balance's factors [m]
+    torque_by: tuple[Scalar, ...]  # of the torque that it shows of a piston that stands [N m]
+    # over_pressures: torque beyond what measured pressures ask of the pump, and its standard deviation by theirs [N
+    # m]; None where there are none
     over_pressures: tuple[Scalar, Scalar] | None
+    # pump_heat: what leakage and friction of the pumps turn into heat [W]; None where no heat is described
     pump_heat: Scalar | None
 
 
 @dataclass(frozen=True)
 class StepProblem:
-    """The balance's step over a sample; a call solves it.
+    """The balance's step over a sample; a call solves it."""
 
-    Attributes:
-        balance: of the unit.
-        mean_speed, speed: of the motor, during the sample and at its end [rad/s].
-        acceleration: of the motor at its end [rad/s2].
-        p: the circuit's parameters.
-        h: the sample's length [s].
-        factors: of the machine, as estimated before the sample.
-        held: whether the piston is held where it is.
-    """
-
-    balance: Balance
+    balance: Balance  # of the unit
+    # mean_speed, speed: of the motor, during the sample and at its end [rad/s]
     mean_speed: Scalar
     speed: Scalar
-    acceleration: Scalar
-    p: Vector
-    h: Scalar
-    factors: Sequence[Real]
-    held: Flag
+    acceleration: Scalar  # of the motor at its end [rad/s2]
+    p: Vector  # the circuit's parameters
+    h: Scalar  # the sample's length [s]
+    factors: Sequence[Real]  # of the machine, as estimated before the sample
+    held: Flag  # whether the piston is held where it is
 
     @classmethod
     def of(cls, sample: Sample, factors: Sequence[Real], held: Flag, warming: Real, model: MachineModel) -> StepProblem:
         """Of a sample.
 
         Args:
-            sample: with the speed that is used.
-            factors: of the machine.
-            held: whether the piston is held where it is.
             warming: rate of the oil's temperature [K/s].
-            model: of the machine.
         """
         h = ca.fmax(sample.elapsed, SHORTEST_STEP)
         acceleration = (sample.motor_speed - sample.last_speed) / h
@@ -179,51 +127,34 @@ class StepProblem:
 
 @dataclass(frozen=True)
 class TorqueNoise:
-    """What hides a torque at a sample.
+    """What hides a torque at a sample."""
 
-    Attributes:
-        variance: of the torque [N2 m2].
-        timing: part of it by the drive's delay [N2 m2].
-        pump_friction: of slow pumps [N m].
-        hidden: within which a torque at standstill shows nothing, its sign unknown [N m]; 0 while the motor turns.
-    """
-
-    variance: Scalar
-    timing: Scalar
-    pump_friction: Scalar
-    hidden: Scalar
+    variance: Scalar  # of the torque [N2 m2]
+    timing: Scalar  # part of it by the drive's delay [N2 m2]
+    pump_friction: Scalar  # of slow pumps [N m]
+    hidden: Scalar  # within which a torque at standstill shows nothing, its sign unknown [N m]; 0 while the motor turns
 
 
 @dataclass(frozen=True)
 class FreeStep:
-    """The step under the load from before the sample.
+    """The step under the load from before the sample."""
 
-    Attributes:
-        before: states before it.
-        solution: of the step.
-        by_load, by_large: how its states follow the load, and one that friction cannot hold [state/N].
-        by_first, by_initial: how the states before it and after it follow the first load [state/N].
-        torque_by_load, torque_by_first: how the torque follows a load that changes, and the first one [N m/N].
-        noise: of the torque.
-        missed: torque less its expectation [N m].
-        shown: whether the torque of a motor that stands shows the load.
-        mean_speed: of the motor [rad/s].
-        h: the sample's length [s].
-    """
-
-    before: Vector
-    solution: Solution
+    before: Vector  # states before it
+    solution: Solution  # of the step
+    # by_load, by_large: how its states follow the load, and one that friction cannot hold [state/N]
     by_load: Vector
     by_large: Vector
+    # by_first, by_initial: how the states before it and after it follow the first load [state/N]
     by_first: Vector
     by_initial: Vector
+    # torque_by_load, torque_by_first: how the torque follows a load that changes, and the first one [N m/N]
     torque_by_load: Scalar
     torque_by_first: Scalar
-    noise: TorqueNoise
-    missed: Scalar
-    shown: Flag
-    mean_speed: Scalar
-    h: Scalar
+    noise: TorqueNoise  # of the torque
+    missed: Scalar  # torque less its expectation [N m]
+    shown: Flag  # whether the torque of a motor that stands shows the load
+    mean_speed: Scalar  # of the motor [rad/s]
+    h: Scalar  # the sample's length [s]
 
     @property
     def hidden(self) -> Scalar:
@@ -247,12 +178,8 @@ def free_step(
     """Solve the step under the load from before.
 
     Args:
-        problem: the balance's step.
-        before: states before it.
         load: before it [N].
-        sample: the sample.
         last: expected torque [N m] and variance by timing [N2 m2] at the last sample, `torque` and `timing`.
-        model: of the machine.
     """
     solution = problem(before, load, before, 3)
     early = problem(before, load, solution.z, 2, problem.speed)

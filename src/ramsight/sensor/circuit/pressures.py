@@ -23,23 +23,15 @@ from ramsight.sensor.thresholds import HALF, MEMORY_TIME, MIXED_FRICTION_SPEED, 
 
 @dataclass(frozen=True, kw_only=True)
 class PressureState:
-    """The pressure sensors.
+    """The pressure sensors."""
 
-    Attributes:
-        shown: what they would show of the estimated pressures [Pa].
-        leaked: change of the estimated pressures since the piston came to stand [Pa].
-        corrected: by which reports have corrected them since [Pa].
-        load_variance: of the load when it came to stand [N2].
-        begun: whether there was a sample.
-        stood: whether the piston stood at it.
-    """
-
-    shown: Mapping[str, Scalar] = leaf("Pa", None)
+    shown: Mapping[str, Scalar] = leaf("Pa", None)  # what they would show of the estimated pressures [Pa]
+    # leaked: change of the estimated pressures since the piston came to stand [Pa]
     leaked: Mapping[str, Scalar] = leaf("Pa", None)
-    corrected: Mapping[str, Scalar] = leaf("Pa", None)
-    load_variance: Scalar = leaf("N2", variance=True)
-    begun: Flag = leaf("1")
-    stood: Flag = leaf("1")
+    corrected: Mapping[str, Scalar] = leaf("Pa", None)  # by which reports have corrected them since [Pa]
+    load_variance: Scalar = leaf("N2", variance=True)  # of the load when it came to stand [N2]
+    begun: Flag = leaf("1")  # whether there was a sample
+    stood: Flag = leaf("1")  # whether the piston stood at it
 
     @classmethod
     def initial(cls, assumptions: Assumptions) -> PressureState | None:
@@ -58,23 +50,14 @@ def measured_pressures(assumptions: Assumptions) -> list[str]:
 
 @dataclass(frozen=True)
 class MeasuredPressures:
-    """The pressure sensors at a sample.
+    """The pressure sensors at a sample."""
 
-    Attributes:
-        state: before it.
-        sample: the sample.
-        model: of the machine.
-        shown: what they would show after correction [Pa].
-        corrected: by which reports have corrected the estimates [Pa].
-        before: states of the circuit before the sample, corrected.
-    """
-
-    state: PressureState
-    sample: Sample
-    model: MachineModel
-    shown: Mapping[str, Scalar]
-    corrected: Mapping[str, Scalar]
-    before: Vector
+    state: PressureState  # before it
+    sample: Sample  # the sample
+    model: MachineModel  # of the machine
+    shown: Mapping[str, Scalar]  # what they would show after correction [Pa]
+    corrected: Mapping[str, Scalar]  # by which reports have corrected the estimates [Pa]
+    before: Vector  # states of the circuit before the sample, corrected
 
     @classmethod
     def of(
@@ -87,10 +70,6 @@ class MeasuredPressures:
         share of its own variance in both.
 
         Args:
-            state: before the sample.
-            sample: the sample.
-            model: of the machine.
-            before: states of the circuit before it.
             h: its length [s].
         """
         values = ca.vertsplit(before)
@@ -121,9 +100,6 @@ class MeasuredPressures:
         """Correction of the load by the reports [N], and its variance after that [N2].
 
         Args:
-            solution: of the step, under the load before it.
-            by_load: how its states follow the load of a piston that moves.
-            variance: of the load.
             h: the step [s].
         """
         lag = h / (self.model.assumed.pressure.lag + h)
@@ -144,11 +120,8 @@ class MeasuredPressures:
         """Reported torque beyond what the pressures ask of the pump [N m], 0 where they show none; its deviation.
 
         Args:
-            solution: of the step, under the load before it.
-            by_load: how its states follow the load of a piston that moves.
             torque_by_load: how its torque follows that load [m].
             missed: the reported torque less the solution's [N m].
-            held: whether the piston is held where it is.
         """
         force: Real = 0.0
         slope: Real = 0.0
@@ -170,8 +143,6 @@ class MeasuredPressures:
         """The sensors after the sample.
 
         Args:
-            z: states of the circuit.
-            stands: whether the piston stood.
             h: the step [s].
             load_variance: of the load [N2].
         """

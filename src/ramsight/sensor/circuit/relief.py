@@ -17,15 +17,10 @@ from ramsight.sensor.thresholds import BETWEEN_STD, RELIEF_RANGE
 
 @dataclass(frozen=True)
 class Relief:
-    """Oil over a relief valve.
+    """Oil over a relief valve."""
 
-    Attributes:
-        probability: that the pump's oil passes one, 0 to 1.
-        passed_std: standard deviation that the position has gained by it since a reference [m].
-    """
-
-    probability: Scalar
-    passed_std: Scalar
+    probability: Scalar  # that the pump's oil passes one, 0 to 1
+    passed_std: Scalar  # standard deviation that the position has gained by it since a reference [m]
 
 
 def passed_share(probability: Scalar) -> tuple[Scalar, Scalar]:
@@ -42,15 +37,10 @@ def passed_share(probability: Scalar) -> tuple[Scalar, Scalar]:
 
 @dataclass(frozen=True)
 class Blown:
-    """Velocity of a piston whose load presses oil over a relief valve [m/s], extension positive.
+    """Velocity of a piston whose load presses oil over a relief valve [m/s], extension positive."""
 
-    Attributes:
-        mean: of it.
-        std: its standard deviation.
-    """
-
-    mean: Scalar
-    std: Scalar
+    mean: Scalar  # of it
+    std: Scalar  # its standard deviation
 
 
 def blown(z: Vector, speed: Scalar, model: MachineModel) -> Blown:
@@ -62,9 +52,7 @@ def blown(z: Vector, speed: Scalar, model: MachineModel) -> Blown:
         E[q] = k sigma (u Phi(u) + phi(u)),    E[q^2] = (k sigma)^2 ((1 + u^2) Phi(u) + u phi(u)).
 
     Args:
-        z: the circuit's states.
         speed: of the motor, positive where it extends the piston [rad/s].
-        model: of the machine.
     """
     cylinder, tolerance = model.balance.unit.cylinder, model.assumed.machine.relief
     mean, variance = scalar(0.0), scalar(0.0)
@@ -110,9 +98,7 @@ def relief_probability(z: Vector, speed: Scalar, model: MachineModel) -> Scalar:
     A pump that draws from a valve's side lets nothing pass there, however much pressure is left from before.
 
     Args:
-        z: the circuit's states.
         speed: of the motor, positive where it extends the piston [rad/s].
-        model: of the machine.
     """
     share: Real = scalar(0.0)
     for valve, risen in _valves(z, model):

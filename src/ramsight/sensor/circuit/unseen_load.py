@@ -28,36 +28,23 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True, kw_only=True)
 class UnseenLoadState:
-    """Changes of the load at rest.
+    """Changes of the load at rest."""
 
-    Attributes:
-        shown_for: how long the torque has shown the load [s].
-        hidden_for: how long it has not [s].
-        load: that it showed last [N].
-        was_seen: whether it ever did.
-        changes: mean square of the load changes over the expected one, less 1.
-        shakes: mean square of the load's changes from sample to sample, lately, while the torque shows it [N2].
-    """
-
-    shown_for: Scalar = leaf("s")
-    hidden_for: Scalar = leaf("s")
-    load: Scalar = leaf("N")
-    was_seen: Flag = leaf("1")
-    changes: Scalar = leaf("1")
+    shown_for: Scalar = leaf("s")  # how long the torque has shown the load [s]
+    hidden_for: Scalar = leaf("s")  # how long it has not [s]
+    load: Scalar = leaf("N")  # that it showed last [N]
+    was_seen: Flag = leaf("1")  # whether it ever did
+    changes: Scalar = leaf("1")  # mean square of the load changes over the expected one, less 1
+    # shakes: mean square of the load's changes from sample to sample, lately, while the torque shows it [N2]
     shakes: Scalar = leaf("N2")
 
 
 @dataclass(frozen=True)
 class UnseenLoad:
-    """By how much an unobserved change of the load may have moved the rod; 0 while the load is observed.
+    """By how much an unobserved change of the load may have moved the rod; 0 while the load is observed."""
 
-    Attributes:
-        std: standard deviation [m].
-        most: what is exceeded as seldom as the position's bound [m].
-    """
-
-    std: Scalar
-    most: Scalar
+    std: Scalar  # standard deviation [m]
+    most: Scalar  # what is exceeded as seldom as the position's bound [m]
 
 
 def load_std(state: UnseenLoadState, step: LoadStep, expected: Scalar, model: MachineModel) -> Scalar:
@@ -68,10 +55,7 @@ def load_std(state: UnseenLoadState, step: LoadStep, expected: Scalar, model: Ma
     and of a change while nothing shows the load.
 
     Args:
-        state: after the sample.
-        step: of the load observer.
         expected: a load change before any has been observed, standard deviation [N].
-        model: of the machine.
     """
     load, gain = step.load, math.hypot(model.assumed.drive.torque_gain, EFFICIENCY_STD)
     offset, friction = TORQUE_OFFSET * model.relief_load, BETWEEN_STD * model.of_circuit("cylinder.coulomb_friction")
@@ -94,9 +78,6 @@ def unseen_load(
     rare one: for the bound it is no less than expected at first, and no more than what relief valves carry.
 
     Args:
-        state: before the sample.
-        sample: the sample.
-        step: of the load observer.
         held: whether the piston is held on a stop, where a load does not move it.
         expected: a load change before any has been observed, standard deviation [N].
         furthest: that a load can be from the one observed last [N].

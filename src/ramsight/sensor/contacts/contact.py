@@ -67,79 +67,46 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True)
 class _Motor:
-    """The motor at a sample.
+    """The motor at a sample."""
 
-    Attributes:
-        turns: whether it turns.
-        since: how long it turns, or stands [s].
-        way: in which the piston was delivered oil, +1 for extension.
-        free: whether time passes, the load has been found and nothing holds the piston.
-        delivered: travel at constant load since the piston may stand [m].
-        before: position before the sample [m].
-    """
-
-    turns: Flag
-    since: Scalar
-    way: Scalar
-    free: Flag
-    delivered: Scalar
-    before: Scalar
+    turns: Flag  # whether it turns
+    since: Scalar  # how long it turns, or stands [s]
+    way: Scalar  # in which the piston was delivered oil, +1 for extension
+    free: Flag  # whether time passes, the load has been found and nothing holds the piston
+    delivered: Scalar  # travel at constant load since the piston may stand [m]
+    before: Scalar  # position before the sample [m]
 
 
 @dataclass(frozen=True)
 class _Standing:
-    """Whether a piston stands while oil is delivered.
+    """Whether a piston stands while oil is delivered."""
 
-    Attributes:
-        keeps: whether what was delivered still counts.
-        stands: whether it may stand.
-        surely: whether it does.
-        position: where it came to stand [m].
-        state: after the sample, but for what was delivered.
-    """
-
-    keeps: Flag
-    stands: Flag
-    surely: Flag
-    position: Scalar
-    state: StandingState
+    keeps: Flag  # whether what was delivered still counts
+    stands: Flag  # whether it may stand
+    surely: Flag  # whether it does
+    position: Scalar  # where it came to stand [m]
+    state: StandingState  # after the sample, but for what was delivered
 
 
 @dataclass(frozen=True)
 class _Found:
-    """A contact at a sample.
+    """A contact at a sample."""
 
-    Attributes:
-        contact: whether one is found.
-        sunk: whether it is a load that has settled on something else.
-        standing: whether the piston stands.
-        position: where it came to stand [m].
-        std: standard deviation of that where only the oil's pressure shows it [m].
-        near_setting, settling: states after the sample.
-        came: way that the piston moved last [m].
-    """
-
-    contact: Flag
-    sunk: Flag
-    standing: _Standing
-    position: Scalar
-    std: Scalar
+    contact: Flag  # whether one is found
+    sunk: Flag  # whether it is a load that has settled on something else
+    standing: _Standing  # whether the piston stands
+    position: Scalar  # where it came to stand [m]
+    std: Scalar  # standard deviation of that where only the oil's pressure shows it [m]
+    # near_setting, settling: states after the sample
     near_setting: NearSettingState
     settling: SettlingState
-    came: Scalar
+    came: Scalar  # way that the piston moved last [m]
 
 
 def look_for_contact(
     state: ContactState, sample: Sample, step: LoadStep, now: Estimated, model: MachineModel
 ) -> tuple[ContactState, Contact]:
     """One sample.
-
-    Args:
-        state: before it.
-        sample: with the speed that is used.
-        step: of the load observer.
-        now: what is estimated of the piston after it.
-        model: of the machine.
 
     Returns:
         The state after the sample, positions in it as before all measurements (`moved`), and the contact.
@@ -289,15 +256,6 @@ def _over(
     At its setting a valve surely does, for no load is lifted with more. Where it may open early the pressure has come
     to rest after it rose while the piston seemed to stand, at a place that is likelier the end's than any other. What
     is as heavy while the piston moves is a load.
-
-    Args:
-        state: before the sample.
-        sample: the sample.
-        step: of the load observer.
-        now: what is estimated of the piston.
-        motor: at the sample.
-        seems: whether the piston may stand.
-        model: of the machine.
     """
     near = all_of(motor.turns, now.relief > 0.0, negated(state.held))
     before = state.near_setting

@@ -42,124 +42,72 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True, kw_only=True)
 class RestState:
-    """A piston that is held at rest.
+    """A piston that is held at rest."""
 
-    Attributes:
-        held: whether it was at the last sample.
-        expected_began: expected torque when that began [N m].
-        shown_began: reported torque then [N m].
-        least_behind: how far the reported torque stayed behind least since [N m].
-        sunk: way that explains how far it stays behind [m].
-    """
-
-    held: Flag = leaf("1")
-    expected_began: Scalar = leaf("N m")
-    shown_began: Scalar = leaf("N m")
-    least_behind: Scalar = leaf("N m")
-    sunk: Scalar = leaf("m")
+    held: Flag = leaf("1")  # whether it was at the last sample
+    expected_began: Scalar = leaf("N m")  # expected torque when that began [N m]
+    shown_began: Scalar = leaf("N m")  # reported torque then [N m]
+    least_behind: Scalar = leaf("N m")  # how far the reported torque stayed behind least since [N m]
+    sunk: Scalar = leaf("m")  # way that explains how far it stays behind [m]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReleaseState:
-    """A piston that may be released.
+    """A piston that may be released."""
 
-    Attributes:
-        pushing_began: expected torque when the motor began to push [N m].
-        load_least: least load lately, before the piston stood [N].
-        load_largest: largest load lately, before it stood [N].
-        drawn_back: way by what the pump has drawn since the motor turns back [m].
-        pressed_before: force on what holds it before that [N].
-        back_largest: largest torque since the motor turns back [N m].
-        back_least: least torque since [N m].
-        leakage: velocity by leakage, before the piston stood [m/s].
-        pushed_in_vain: way by what the pump has delivered since the torque stays behind [m].
-        delivered: way by what it has delivered at least since the motor pushes [m].
-        filled: the same, until a relief valve might open [m].
-        built: change of the expected torque until then [N m].
-        rest: the piston held at rest.
-    """
-
-    pushing_began: Scalar = leaf("N m")
-    load_least: Scalar = leaf("N")
-    load_largest: Scalar = leaf("N")
-    drawn_back: Scalar = leaf("m")
-    pressed_before: Scalar = leaf("N")
-    back_largest: Scalar = leaf("N m")
-    back_least: Scalar = leaf("N m")
-    leakage: Scalar = leaf("m/s")
-    pushed_in_vain: Scalar = leaf("m")
-    delivered: Scalar = leaf("m")
-    filled: Scalar = leaf("m")
-    built: Scalar = leaf("N m")
-    rest: RestState = field(default_factory=RestState)
+    pushing_began: Scalar = leaf("N m")  # expected torque when the motor began to push [N m]
+    load_least: Scalar = leaf("N")  # least load lately, before the piston stood [N]
+    load_largest: Scalar = leaf("N")  # largest load lately, before it stood [N]
+    drawn_back: Scalar = leaf("m")  # way by what the pump has drawn since the motor turns back [m]
+    pressed_before: Scalar = leaf("N")  # force on what holds it before that [N]
+    back_largest: Scalar = leaf("N m")  # largest torque since the motor turns back [N m]
+    back_least: Scalar = leaf("N m")  # least torque since [N m]
+    leakage: Scalar = leaf("m/s")  # velocity by leakage, before the piston stood [m/s]
+    pushed_in_vain: Scalar = leaf("m")  # way by what the pump has delivered since the torque stays behind [m]
+    delivered: Scalar = leaf("m")  # way by what it has delivered at least since the motor pushes [m]
+    filled: Scalar = leaf("m")  # the same, until a relief valve might open [m]
+    built: Scalar = leaf("N m")  # change of the expected torque until then [N m]
+    rest: RestState = field(default_factory=RestState)  # the piston held at rest
 
 
 @dataclass(frozen=True)
 class Holding:
-    """The piston before a sample, and what a contact stage knows of it.
+    """The piston before a sample, and what a contact stage knows of it."""
 
-    Attributes:
-        held: whether it is held.
-        direction: in which it cannot go on then, +1 for extension.
-        turns: whether the motor turns.
-        keeps_load: whether the load from before is kept: the piston stands, or is held.
-        relief_tolerance: share of a pressure by which a relief valve may hold it lower than described [1].
-        compliance_std: standard deviation of the compliance [1].
-    """
-
-    held: Flag
-    direction: Scalar
-    turns: Flag
-    keeps_load: Flag
-    relief_tolerance: Real
-    compliance_std: Scalar
+    held: Flag  # whether it is held
+    direction: Scalar  # in which it cannot go on then, +1 for extension
+    turns: Flag  # whether the motor turns
+    keeps_load: Flag  # whether the load from before is kept: the piston stands, or is held
+    relief_tolerance: Real  # share of a pressure by which a relief valve may hold it lower than described [1]
+    compliance_std: Scalar  # standard deviation of the compliance [1]
 
 
 @dataclass(frozen=True)
 class Grip:
-    """What holds a piston, at a sample.
+    """What holds a piston, at a sample."""
 
-    Attributes:
-        rests: whether it is held while the motor stands.
-        pushing: whether the motor pushes against what holds it.
-        back: whether the motor turns back.
-        released: whether the piston is released.
-        pressed: force of the oil beside the load from before, in the direction of extension [N].
-        rise: change of the expected torque since the motor pushes, in its direction [N m].
-        missing: what the reported torque stays behind that [N m].
-        went: way that a piston which is released may have moved while it seemed held [m].
-        shown: share of what its oil did while it was held that the torque shows [1]; of a piston just released.
-        travel_std: standard deviation of the way that it may have moved while the motor turns back, or stands [m].
-    """
-
-    rests: Flag
-    pushing: Flag
-    back: Flag
-    released: Flag
-    pressed: Scalar
-    rise: Scalar
-    missing: Scalar
-    went: Scalar
-    shown: Scalar
-    travel_std: Scalar
+    rests: Flag  # whether it is held while the motor stands
+    pushing: Flag  # whether the motor pushes against what holds it
+    back: Flag  # whether the motor turns back
+    released: Flag  # whether the piston is released
+    pressed: Scalar  # force of the oil beside the load from before, in the direction of extension [N]
+    rise: Scalar  # change of the expected torque since the motor pushes, in its direction [N m]
+    missing: Scalar  # what the reported torque stays behind that [N m]
+    went: Scalar  # way that a piston which is released may have moved while it seemed held [m]
+    shown: Scalar  # share of what its oil did while it was held that the torque shows [1]; of a piston just released
+    travel_std: Scalar  # standard deviation of the way that it may have moved while the motor turns back, or stands [m]
 
 
 @dataclass(frozen=True)
 class _Drawn:
-    """The torque of a held piston while the motor turns back.
+    """The torque of a held piston while the motor turns back."""
 
-    Attributes:
-        behind: whether it changes less than that of a closed volume.
-        surely: whether compliance and noise do not explain that: the piston moves.
-        largest, least: torque since the motor turns back [N m].
-        most_behind: how far it stays behind, and by how much more the compliance may hide [N m].
-    """
-
-    behind: Flag
-    surely: Flag
+    behind: Flag  # whether it changes less than that of a closed volume
+    surely: Flag  # whether compliance and noise do not explain that: the piston moves
+    # largest, least: torque since the motor turns back [N m]
     largest: Scalar
     least: Scalar
-    most_behind: Scalar
+    most_behind: Scalar  # how far it stays behind, and by how much more the compliance may hide [N m]
 
 
 @dataclass(frozen=True)
@@ -175,15 +123,7 @@ class _AtRest:
 def look_for_release(
     state: ReleaseState, sample: Sample, step: LoadStep, piston: Holding, model: MachineModel
 ) -> tuple[ReleaseState, Grip]:
-    """Whether a held piston is released.
-
-    Args:
-        state: before the sample.
-        sample: with the speed that is used.
-        step: of the load observer.
-        piston: before the sample.
-        model: of the machine.
-    """
+    """Whether a held piston is released."""
     held, direction, turns = piston.held, piston.direction, piston.turns
     same_way = ca.sign(sample.extending_speed) == direction
     rests = all_of(held, all_of(negated(turns), sample.elapsed > 0.0))
@@ -300,8 +240,6 @@ def way_gone(pushed: Scalar, behind: Scalar, step: LoadStep, model: MachineModel
     Args:
         pushed: way by what the pump has delivered meanwhile [m].
         behind: how far the torque stays behind that of a piston that is held [N m].
-        step: of the load observer.
-        model: of the machine.
     """
     return ca.fmin(ca.fabs(pushed), _given_way(ca.fmax(behind, 0.0) + step.torque.noise, step, model))
 
@@ -364,7 +302,6 @@ def torque_stays(step: LoadStep, expected: Scalar, shown: Scalar) -> Flag:
     """Whether the torque stays while that of a piston held at rest would change: it is not held.
 
     Args:
-        step: of the load observer.
         expected: change of the expected torque since the piston is held at rest [N m].
         shown: change of the reported one [N m].
     """

@@ -55,17 +55,11 @@ FREE = tuple(mode for mode in Mode if mode not in (*HELD, Mode.LEAVING))
 
 @dataclass(frozen=True)
 class Transition:
-    """A row of the table.
+    """A row of the table."""
 
-    Args:
-        before: modes that it leads from.
-        when: name of its condition.
-        after: where it leads.
-    """
-
-    before: tuple[Mode, ...]
-    when: str
-    after: Mode
+    before: tuple[Mode, ...]  # modes that it leads from
+    when: str  # name of its condition
+    after: Mode  # where it leads
 
 
 TRANSITIONS = (
@@ -92,7 +86,6 @@ def next_mode(mode: Scalar, conditions: Mapping[str, Condition]) -> Scalar:
     """The mode after a sample, as a number.
 
     Args:
-        mode: before it.
         conditions: of the table's rows by their names; "otherwise" always holds.
 
     Raises:

@@ -45,57 +45,36 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True, kw_only=True)
 class PressState:
-    """The press of a piston that is held.
+    """The press of a piston that is held."""
 
-    Attributes:
-        at_setting: how long the motor has pushed at the relief valve's setting [s].
-        decided: whether it is known to be on an end.
-        rise: largest rise of the torque that the compliance from before makes one expect while the motor pushed [N m].
-        missing: what the reported torque stayed behind it then [N m].
-        compliance: factor before the piston was held [1].
-        compliance_std: standard deviation of it then [1].
-    """
-
-    at_setting: Scalar = leaf("s")
-    decided: Flag = leaf("1")
+    at_setting: Scalar = leaf("s")  # how long the motor has pushed at the relief valve's setting [s]
+    decided: Flag = leaf("1")  # whether it is known to be on an end
+    # rise: largest rise of the torque that the compliance from before makes one expect while the motor pushed [N m]
     rise: Scalar = leaf("N m")
-    missing: Scalar = leaf("N m")
-    compliance: Scalar = leaf("1", 1.0)
-    compliance_std: Scalar = leaf("1")
+    missing: Scalar = leaf("N m")  # what the reported torque stayed behind it then [N m]
+    compliance: Scalar = leaf("1", 1.0)  # factor before the piston was held [1]
+    compliance_std: Scalar = leaf("1")  # standard deviation of it then [1]
 
 
 @dataclass(frozen=True)
 class Pushed:
-    """The motor pushing against what holds the piston, at a sample.
+    """The motor pushing against what holds the piston, at a sample."""
 
-    Attributes:
-        held: whether the piston is held.
-        pushing: whether the motor pushes.
-        at_setting: whether the torque is that of the relief valve's setting.
-        rise: change of the expected torque since it does [N m].
-        missing: what the reported torque stays behind [N m].
-        elapsed: since the last sample [s].
-        compliance: factor of the compliance that it is expected with [1].
-        compliance_std: standard deviation of it [1].
-        place: logarithm of how much likelier the piston is at the end than anywhere in the stroke.
-    """
-
-    held: Flag
-    pushing: Flag
-    at_setting: Flag
-    rise: Scalar
-    missing: Scalar
-    elapsed: Scalar
-    compliance: Scalar
-    compliance_std: Scalar
-    place: Scalar
+    held: Flag  # whether the piston is held
+    pushing: Flag  # whether the motor pushes
+    at_setting: Flag  # whether the torque is that of the relief valve's setting
+    rise: Scalar  # change of the expected torque since it does [N m]
+    missing: Scalar  # what the reported torque stays behind [N m]
+    elapsed: Scalar  # since the last sample [s]
+    compliance: Scalar  # factor of the compliance that it is expected with [1]
+    compliance_std: Scalar  # standard deviation of it [1]
+    place: Scalar  # logarithm of how much likelier the piston is at the end than anywhere in the stroke
 
 
 def at_setting(step: LoadStep, missing: Scalar, relief: Real, tolerance: Real) -> Flag:
     """Whether the torque is that of a relief valve's setting.
 
     Args:
-        step: of the load observer.
         missing: what the reported torque stays behind the expected one [N m].
         relief: how likely oil passes a valve at the expected one, 0 to 1.
         tolerance: share of a pressure by which a valve may hold it lower than described [1].
@@ -111,7 +90,6 @@ def likelier_at_end(position: Scalar, std: Real, direction: Scalar, model: Machi
         position: [m].
         std: standard deviation of it [m].
         direction: in which it is stopped, +1 for extension.
-        model: of the machine.
     """
     stops = model.assumed.stops
     end = ca.if_else(direction > 0.0, model.stroke - stops.extended, stops.retracted)
@@ -125,7 +103,6 @@ def odds_of_end(held: Scalar, place: Real) -> Scalar:
 
     Args:
         held: how long the motor has pushed at the relief valve's setting [s].
-        place: how much likelier the piston is there, a logarithm.
     """
     return ca.if_else(held > 0.0, place - math.log(NO_END_HOLDS) + held / END_HELD_TIME, 0.0)
 
@@ -164,9 +141,7 @@ def odds_of_obstacle(press: PressState, noise: Scalar, went_on: Flag) -> Scalar:
     """By how much a contact that is over makes an obstacle likelier than an end, logarithm of the odds.
 
     Args:
-        press: on it.
         noise: standard deviation of the torque [N m].
-        went_on: whether the piston went on through it; else it went back.
     """
     model2 = (press.compliance_std / press.compliance) ** 2 + VOLUME_MODEL_STD**2
     variance = noise**2 + press.rise**2 * model2 + TINY**2

@@ -24,15 +24,10 @@ from ramsight.sensor.thresholds import CASE_WARMER_MOST
 
 @dataclass(frozen=True, kw_only=True)
 class CaseState:
-    """The pumps' cases as a heat store.
+    """The pumps' cases as a heat store."""
 
-    Attributes:
-        warmer: than the tank [K].
-        tank: temperature of the tank at the last sample [K]; 0 before the first.
-    """
-
-    warmer: Scalar = leaf("K")
-    tank: Scalar = leaf("K")
+    warmer: Scalar = leaf("K")  # than the tank [K]
+    tank: Scalar = leaf("K")  # temperature of the tank at the last sample [K]; 0 before the first
 
 
 @dataclass(frozen=True)
@@ -57,11 +52,8 @@ def heat_case(state: CaseState, sample: Sample, heat: Scalar, passed: Scalar, ca
     """The cases after a sample.
 
     Args:
-        state: before it.
-        sample: the sample.
         heat: into the cases [W].
         passed: time since the last sample, gaps that are not counted included [s].
-        cases: their capacity and conductance.
     """
     tank = sample.oil_temperature
     risen = ca.if_else(state.tank > 0.0, tank - state.tank, 0.0)

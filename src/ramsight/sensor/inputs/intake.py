@@ -62,136 +62,78 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True, kw_only=True)
 class TorqueState:
-    """The torque of the last sample, and how often it changes.
+    """The torque of the last sample, and how often it changes."""
 
-    Attributes:
-        value: that was used [N m].
-        habit: share of samples in which it changes.
-        repeats: samples in a row in which it did not, while the motor turned.
-        waits: whether a step waits to be confirmed.
-    """
-
-    value: Scalar = leaf("N m")
-    habit: Scalar = leaf("1")
-    repeats: Scalar = leaf("1")
-    waits: Flag = leaf("1")
+    value: Scalar = leaf("N m")  # that was used [N m]
+    habit: Scalar = leaf("1")  # share of samples in which it changes
+    repeats: Scalar = leaf("1")  # samples in a row in which it did not, while the motor turned
+    waits: Flag = leaf("1")  # whether a step waits to be confirmed
 
 
 @dataclass(frozen=True, kw_only=True)
 class TemperatureState:
-    """The oil's temperature.
+    """The oil's temperature."""
 
-    Attributes:
-        filtered: [K]; 0 while none is known.
-        step_for: how long a step has lasted [s].
-        good_for: how long the reported temperature was good before [s].
-    """
-
-    filtered: Scalar = leaf("K")
-    step_for: Scalar = leaf("s")
-    good_for: Scalar = leaf("s")
+    filtered: Scalar = leaf("K")  # [K]; 0 while none is known
+    step_for: Scalar = leaf("s")  # how long a step has lasted [s]
+    good_for: Scalar = leaf("s")  # how long the reported temperature was good before [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class IntakeState:
-    """The last sample that counted, and what is known of each input.
+    """The last sample that counted, and what is known of each input."""
 
-    Attributes:
-        started: whether a sample counted.
-        time: of it [s].
-        motor_speed: that was used [rad/s].
-        torque: of the motor.
-        temperature: of the oil.
-        commands: of the commanded parts.
-        counter: of the shaft, where it is declared.
-        clock: time of the last sample of all [s].
-        clocked: whether there was one.
-        behind: samples in a row, in their order, that came before the last one that counted.
-        rate: how often samples come.
-    """
-
-    started: Flag = leaf("1")
-    time: Scalar = leaf("s", exact="time")
-    motor_speed: Scalar = leaf("rad/s")
-    torque: TorqueState = field(default_factory=TorqueState)
-    temperature: TemperatureState = field(default_factory=TemperatureState)
-    commands: Mapping[str, Scalar] = leaf("1", None)
-    counter: CounterState | None = None
-    clock: Scalar = leaf("s", always=True, exact="time")
-    clocked: Flag = leaf("1", always=True)
+    started: Flag = leaf("1")  # whether a sample counted
+    time: Scalar = leaf("s", exact="time")  # of it [s]
+    motor_speed: Scalar = leaf("rad/s")  # that was used [rad/s]
+    torque: TorqueState = field(default_factory=TorqueState)  # of the motor
+    temperature: TemperatureState = field(default_factory=TemperatureState)  # of the oil
+    commands: Mapping[str, Scalar] = leaf("1", None)  # of the commanded parts
+    counter: CounterState | None = None  # of the shaft, where it is declared
+    clock: Scalar = leaf("s", always=True, exact="time")  # time of the last sample of all [s]
+    clocked: Flag = leaf("1", always=True)  # whether there was one
+    # behind: samples in a row, in their order, that came before the last one that counted
     behind: Scalar = leaf("1", always=True)
-    rate: RateState = field(default_factory=RateState)
+    rate: RateState = field(default_factory=RateState)  # how often samples come
 
     @classmethod
     def initial(cls, commands: Sequence[str], measured: Sequence[str]) -> IntakeState:
-        """Before the first sample.
-
-        Args:
-            commands: names of the commanded parts.
-            measured: what else is measured.
-        """
+        """Before the first sample."""
         counter = CounterState() if SHAFT_ANGLE in measured else None
         return cls(commands=first_commands(commands), counter=counter)
 
 
 @dataclass(frozen=True)
 class Intake:
-    """What is wrong with a sample, and by how much the position has become less certain.
+    """What is wrong with a sample, and by how much the position has become less certain."""
 
-    Attributes:
-        usable: whether the sample counts at all.
-        passed_over: whether every state stays as it is.
-        missing: speed, torque or time is missing.
-        replaced: the speed is missing, and the shaft's counter takes its place.
-        overspeed: the speed is impossible.
-        overtorque: the torque is impossible.
-        stuck: the torque stands still.
-        frozen: time does not advance.
-        gap: samples are missing before this one, or come at another rate.
-        temperature_bad: the temperature is missing or impossible.
-        passed: time since the last sample by the clock, 0 if it does not advance [s].
-        drift: by how much the position's standard deviation grows [m].
-        unseen: how far the piston may have moved since the last sample that counted [m].
-    """
-
-    usable: Flag
-    passed_over: Flag
-    missing: Flag
-    replaced: Flag
-    overspeed: Flag
-    overtorque: Flag
-    stuck: Flag
-    frozen: Flag
-    gap: Flag
-    temperature_bad: Flag
-    passed: Scalar
-    drift: Scalar
-    unseen: Scalar
+    usable: Flag  # whether the sample counts at all
+    passed_over: Flag  # whether every state stays as it is
+    missing: Flag  # speed, torque or time is missing
+    replaced: Flag  # the speed is missing, and the shaft's counter takes its place
+    overspeed: Flag  # the speed is impossible
+    overtorque: Flag  # the torque is impossible
+    stuck: Flag  # the torque stands still
+    frozen: Flag  # time does not advance
+    gap: Flag  # samples are missing before this one, or come at another rate
+    temperature_bad: Flag  # the temperature is missing or impossible
+    passed: Scalar  # time since the last sample by the clock, 0 if it does not advance [s]
+    drift: Scalar  # by how much the position's standard deviation grows [m]
+    unseen: Scalar  # how far the piston may have moved since the last sample that counted [m]
 
 
 @dataclass(frozen=True)
 class _Clock:
-    """The time of a sample.
+    """The time of a sample."""
 
-    Attributes:
-        number: whether there is one.
-        raw: since the last sample that counted [s].
-        back: whether the clock was set back.
-        forward: whether it advances, or this is the first sample.
-        jump: whether the gap is too long to be integrated over.
-        counted: whether the time since the last sample counts.
-        behind: samples in a row, in their order, that came before the last one that counted.
-        caught_up: whether it has come again to where it was set back from.
-    """
-
-    number: Flag
-    raw: Scalar
-    back: Flag
-    forward: Flag
-    jump: Flag
-    counted: Flag
-    behind: Scalar
-    caught_up: Flag
+    number: Flag  # whether there is one
+    raw: Scalar  # since the last sample that counted [s]
+    back: Flag  # whether the clock was set back
+    forward: Flag  # whether it advances, or this is the first sample
+    jump: Flag  # whether the gap is too long to be integrated over
+    counted: Flag  # whether the time since the last sample counts
+    behind: Scalar  # samples in a row, in their order, that came before the last one that counted
+    caught_up: Flag  # whether it has come again to where it was set back from
 
 
 def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[IntakeState, Sample, Intake]:

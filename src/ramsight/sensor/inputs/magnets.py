@@ -25,13 +25,9 @@ from ramsight.sensor.thresholds import KELVIN, MAGNETS_HOTTEST, TEMPERATURE_LOWE
 
 @dataclass(frozen=True, kw_only=True)
 class MagnetState:
-    """The magnets.
+    """The magnets."""
 
-    Attributes:
-        warmer: than the temperature that the torque constant is for [K].
-    """
-
-    warmer: Scalar = leaf("K")
+    warmer: Scalar = leaf("K")  # than the temperature that the torque constant is for [K]
 
 
 def gain_with_magnets(assumptions: Assumptions) -> Assumptions:

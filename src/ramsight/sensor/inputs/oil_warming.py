@@ -18,15 +18,10 @@ from ramsight.sensor.thresholds import SHORTEST_STEP, SMOOTHING_TIME
 
 @dataclass(frozen=True, kw_only=True)
 class WarmingState:
-    """The smoothed thermometer.
+    """The smoothed thermometer."""
 
-    Attributes:
-        temperature: smoothed [K].
-        age: of the filter [s].
-    """
-
-    temperature: Scalar = leaf("K")
-    age: Scalar = leaf("s")
+    temperature: Scalar = leaf("K")  # smoothed [K]
+    age: Scalar = leaf("s")  # of the filter [s]
 
 
 def warming_rate(state: WarmingState, sample: Sample) -> tuple[WarmingState, Scalar]:

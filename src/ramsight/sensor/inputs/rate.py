@@ -27,23 +27,17 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True, kw_only=True)
 class RateState:
-    """How often samples come.
+    """How often samples come."""
 
-    Attributes:
-        period: between two samples while the motor turns [s].
-        last: the last one [s].
-        variance: of it, by the differences of successive ones, which another rate does not change [s2].
-        learnt: samples that period and variance are the mean of, fewer with each that contradicts it.
-        apart: by how much the last samples were further apart than it says, all together [s].
-        odd: whether that was too much at the last sample that counted.
-    """
-
-    period: Scalar = leaf("s", always=True)
-    last: Scalar = leaf("s", always=True)
+    period: Scalar = leaf("s", always=True)  # between two samples while the motor turns [s]
+    last: Scalar = leaf("s", always=True)  # the last one [s]
+    # variance: of it, by the differences of successive ones, which another rate does not change [s2]
     variance: Scalar = leaf("s2", always=True)
+    # learnt: samples that period and variance are the mean of, fewer with each that contradicts it
     learnt: Scalar = leaf("1", always=True)
+    # apart: by how much the last samples were further apart than it says, all together [s]
     apart: Scalar = leaf("s", always=True)
-    odd: Flag = leaf("1")
+    odd: Flag = leaf("1")  # whether that was too much at the last sample that counted
 
 
 def check_rate(
@@ -52,10 +46,7 @@ def check_rate(
     """What is known of the rate after a sample, whether it is another one, and a time that may have passed unseen [s].
 
     Args:
-        state: before the sample.
         tick: since the last sample of all, negative if this one is older [s].
-        there: whether both have a time.
-        counts: whether the sample is used.
         speed: of the motor [rad/s].
     """
     near = all_of(there, ca.fabs(tick) <= GAP_PERIOD)

@@ -35,34 +35,22 @@ def declared_inputs(assumptions: Assumptions) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Raw:
-    """A sample as it is reported.
+    """A sample as it is reported."""
 
-    Attributes:
-        time: [s].
-        motor_speed: [rad/s].
-        motor_torque: [N m].
-        oil_temperature: [K].
-        reference: a position that is known at this sample [m].
-        referenced: whether there is one.
-        commands: of the circuit's commanded parts, -1 to 1, by their names.
-        measured: what else is measured, by the names of `MEASURED`.
-    """
-
-    time: Scalar
-    motor_speed: Scalar
-    motor_torque: Scalar
-    oil_temperature: Scalar
-    reference: Scalar
-    referenced: Flag
-    commands: Mapping[str, Scalar]
-    measured: Mapping[str, Scalar]
+    time: Scalar  # [s]
+    motor_speed: Scalar  # [rad/s]
+    motor_torque: Scalar  # [N m]
+    oil_temperature: Scalar  # [K]
+    reference: Scalar  # a position that is known at this sample [m]
+    referenced: Flag  # whether there is one
+    commands: Mapping[str, Scalar]  # of the circuit's commanded parts, -1 to 1, by their names
+    measured: Mapping[str, Scalar]  # what else is measured, by the names of `MEASURED`
 
     @classmethod
     def symbols(cls, commands: Sequence[str] = (), measured: Sequence[str] = ()) -> Raw:
         """Its symbols.
 
         Args:
-            commands: names of the commanded parts.
             measured: what else is measured, of the keys of `MEASURED`.
         """
         time, speed, torque, temperature, reference = (scalar_symbol(name) for name in INPUTS[:-1])
@@ -86,58 +74,33 @@ class Raw:
 
 @dataclass(frozen=True, kw_only=True)
 class CounterState:
-    """The shaft's counter when it was last reported.
+    """The shaft's counter when it was last reported."""
 
-    Attributes:
-        angle: of the shaft [rad].
-        begun: whether the last sample had one.
-    """
-
-    angle: Scalar = leaf("rad", exact=SHAFT_ANGLE)
-    begun: Flag = leaf("1")
+    angle: Scalar = leaf("rad", exact=SHAFT_ANGLE)  # of the shaft [rad]
+    begun: Flag = leaf("1")  # whether the last sample had one
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A sample as the stages pass it on; each hands the next a new one, and none is changed.
+    """A sample as the stages pass it on; each hands the next a new one, and none is changed."""
 
-    Attributes:
-        started: whether there was a sample before.
-        elapsed: since then [s].
-        motor_speed: at the sample [rad/s].
-        last_speed: at the one before [rad/s].
-        mean_speed: between both [rad/s].
-        motor_torque: [N m].
-        last_torque: at the sample before [N m].
-        oil_temperature: as it is used [K].
-        reference: a position that is known at this sample [m].
-        referenced: whether there is one.
-        commands: of the commanded parts, -1 to 1.
-        way: +1 where positive motor speed extends the piston, -1 where a commanded valve reverses that.
-        last_way: the same at the sample before.
-        measured: what else is measured.
-        counter: the shaft's counter at the sample before, where the machine declares one.
-        pump_warmer: by how much the oil in the pumps' gaps is warmer than the reported one [K].
-        offset_variance: of what is left of the torque's zero error, where one is declared [N2 m2].
-    """
-
-    started: Flag
-    elapsed: Scalar
-    motor_speed: Scalar
-    last_speed: Scalar
-    mean_speed: Scalar
-    motor_torque: Scalar
-    last_torque: Scalar
-    oil_temperature: Scalar
-    reference: Scalar
-    referenced: Flag
-    commands: Mapping[str, Scalar]
-    way: Scalar
-    last_way: Scalar
-    measured: Mapping[str, Scalar]
-    counter: CounterState | None = None
-    pump_warmer: Real = 0.0
-    offset_variance: Real = 0.0
+    started: Flag  # whether there was a sample before
+    elapsed: Scalar  # since then [s]
+    motor_speed: Scalar  # at the sample [rad/s]
+    last_speed: Scalar  # at the one before [rad/s]
+    mean_speed: Scalar  # between both [rad/s]
+    motor_torque: Scalar  # [N m]
+    last_torque: Scalar  # at the sample before [N m]
+    oil_temperature: Scalar  # as it is used [K]
+    reference: Scalar  # a position that is known at this sample [m]
+    referenced: Flag  # whether there is one
+    commands: Mapping[str, Scalar]  # of the commanded parts, -1 to 1
+    way: Scalar  # +1 where positive motor speed extends the piston, -1 where a commanded valve reverses that
+    last_way: Scalar  # the same at the sample before
+    measured: Mapping[str, Scalar]  # what else is measured
+    counter: CounterState | None = None  # the shaft's counter at the sample before, where the machine declares one
+    pump_warmer: Real = 0.0  # by how much the oil in the pumps' gaps is warmer than the reported one [K]
+    offset_variance: Real = 0.0  # of what is left of the torque's zero error, where one is declared [N2 m2]
 
     @property
     def one_way(self) -> bool:
@@ -176,27 +139,16 @@ class Sample:
 
 @dataclass(frozen=True, kw_only=True)
 class SampleState:
-    """The last sample, for a sensor that uses its inputs as they are.
+    """The last sample, for a sensor that uses its inputs as they are."""
 
-    Attributes:
-        started: whether there was one.
-        time: of it [s].
-        motor_speed: at it [rad/s].
-        commands: at it.
-    """
-
-    started: Flag = leaf("1")
-    time: Scalar = leaf("s", exact="time")
-    motor_speed: Scalar = leaf("rad/s")
-    commands: Mapping[str, Scalar] = leaf("1", None)
+    started: Flag = leaf("1")  # whether there was one
+    time: Scalar = leaf("s", exact="time")  # of it [s]
+    motor_speed: Scalar = leaf("rad/s")  # at it [rad/s]
+    commands: Mapping[str, Scalar] = leaf("1", None)  # at it
 
     @classmethod
     def initial(cls, commands: Sequence[str] = ()) -> SampleState:
-        """Before the first sample.
-
-        Args:
-            commands: names of the commanded parts.
-        """
+        """Before the first sample."""
         return cls(commands=first_commands(commands))
 
 

@@ -29,17 +29,11 @@ from ramsight.sensor.thresholds import MOTOR_TURNS, USUAL_STDS, VALVE_SETTLED
 
 @dataclass(frozen=True, kw_only=True)
 class TorqueZeroState:
-    """The zero.
+    """The zero."""
 
-    Attributes:
-        zero: of the reported torque [N m].
-        variance: of it [N2 m2].
-        stood: how long the motor has stood [s].
-    """
-
-    zero: Scalar = leaf("N m")
-    variance: Scalar = leaf("N2 m2", variance=True)
-    stood: Scalar = leaf("s")
+    zero: Scalar = leaf("N m")  # of the reported torque [N m]
+    variance: Scalar = leaf("N2 m2", variance=True)  # of it [N2 m2]
+    stood: Scalar = leaf("s")  # how long the motor has stood [s]
 
     @classmethod
     def initial(cls, std: float) -> TorqueZeroState | None:
@@ -57,10 +51,7 @@ def correct_zero(
     """What is known of the zero after a sample, and the sample without it.
 
     Args:
-        state: before.
-        sample: with the torque as reported.
         expected: torque by the balance at the last sample [N m].
-        model: of the machine.
     """
     drive, noise = model.assumed.drive, model.torque_std**2
     stands = ca.fabs(sample.motor_speed) < MOTOR_TURNS

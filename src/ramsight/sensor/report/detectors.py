@@ -44,23 +44,14 @@ ALWAYS = (SPEED, TORQUE, TEMPERATURE, TIME)
 
 @dataclass(frozen=True)
 class Detector:
-    """A row.
+    """A row."""
 
-    Attributes:
-        status: that it reports.
-        signals: that it examines.
-        hypothesis: that it rejects, with its equation.
-        threshold: from which on, and where that comes from.
-        after: how long it has to last.
-        then: what follows beside the status.
-    """
-
-    status: Status
-    signals: tuple[str, ...]
-    hypothesis: str
-    threshold: str
-    after: str = "at once"
-    then: str = "–"
+    status: Status  # that it reports
+    signals: tuple[str, ...]  # that it examines
+    hypothesis: str  # that it rejects, with its equation
+    threshold: str  # from which on, and where that comes from
+    after: str = "at once"  # how long it has to last
+    then: str = "–"  # what follows beside the status
 
     @property
     def needs(self) -> tuple[str, ...]:

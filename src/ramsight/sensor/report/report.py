@@ -34,68 +34,38 @@ from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOAD_AGE, LOAD_STD, L
 
 @dataclass(frozen=True, kw_only=True)
 class ReportState:
-    """What is reported.
+    """What is reported."""
 
-    Attributes:
-        position: that is shown [m].
-        velocity: smoothed [m/s].
-        unseen: changes of the load at rest.
-        plausibility: of the torque.
-    """
-
-    position: Scalar = leaf("m", always=True, exact="sum")
-    velocity: Scalar = leaf("m/s")
-    unseen: UnseenLoadState = field(default_factory=UnseenLoadState)
-    plausibility: PlausibilityState = field(default_factory=PlausibilityState)
+    position: Scalar = leaf("m", always=True, exact="sum")  # that is shown [m]
+    velocity: Scalar = leaf("m/s")  # smoothed [m/s]
+    unseen: UnseenLoadState = field(default_factory=UnseenLoadState)  # changes of the load at rest
+    plausibility: PlausibilityState = field(default_factory=PlausibilityState)  # of the torque
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The position after a sample.
+    """The position after a sample."""
 
-    Attributes:
-        nominal: [m], perhaps outside the stroke.
-        kept: within a stroke's length around the stroke [m].
-        known: whether it has ever been known.
-        referenced_now: whether a reference has come since power-up.
-        disputed: whether a reference was rejected and none has been accepted since.
-    """
-
-    nominal: Scalar
-    kept: Scalar
-    known: Flag
-    referenced_now: Flag
-    disputed: Flag
+    nominal: Scalar  # [m], perhaps outside the stroke
+    kept: Scalar  # within a stroke's length around the stroke [m]
+    known: Flag  # whether it has ever been known
+    referenced_now: Flag  # whether a reference has come since power-up
+    disputed: Flag  # whether a reference was rejected and none has been accepted since
 
 
 @dataclass(frozen=True)
 class Aside:
-    """What is said of a sample whatever the hypotheses say.
+    """What is said of a sample whatever the hypotheses say."""
 
-    Attributes:
-        beside: what else is uncertain of the position.
-        status: of the sample, without what is said of the position's certainty.
-        beneath: the same without *near the relief valve's pressure*, which may hide something.
-    """
-
-    beside: Beside
-    status: Scalar
-    beneath: Scalar
+    beside: Beside  # what else is uncertain of the position
+    status: Scalar  # of the sample, without what is said of the position's certainty
+    beneath: Scalar  # the same without *near the relief valve's pressure*, which may hide something
 
 
 def report(
     state: ReportState, at: Prediction, met: ContactEvidence, updated: Updated, outcome: Outcome, model: MachineModel
 ) -> tuple[ReportState, Report, Aside]:
-    """The sensor's outputs, and what they say beside what the hypotheses do.
-
-    Args:
-        state: before the sample.
-        at: the balance's step.
-        met: what the piston may have met.
-        updated: what is known after the sample.
-        outcome: the position after it.
-        model: of the machine.
-    """
+    """The sensor's outputs, and what they say beside what the hypotheses do."""
     sample, step, contact, bank = at.sample, at.step, met.contact, updated.bank
     usual = model.assumed.machine.unseen_load * model.relief_load
     unseen_state, unseen = _unseen(state.unseen, sample, step, contact, usual, model)

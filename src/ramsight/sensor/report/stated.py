@@ -15,37 +15,24 @@ from ramsight.sensor.circuit.unseen_load import UnseenLoad
 
 @dataclass(frozen=True)
 class Beside:
-    """What is uncertain of a position beside what the hypotheses follow.
+    """What is uncertain of a position beside what the hypotheses follow."""
 
-    Attributes:
-        others: variance by stops, noise and oil that waits at a relief valve [m2].
-        unseen: by a load that changes unseen.
-        offset: how far the position that is shown may be from the estimate [m].
-    """
-
-    others: Scalar
-    unseen: UnseenLoad
-    offset: Scalar
+    others: Scalar  # variance by stops, noise and oil that waits at a relief valve [m2]
+    unseen: UnseenLoad  # by a load that changes unseen
+    offset: Scalar  # how far the position that is shown may be from the estimate [m]
 
 
 @dataclass(frozen=True)
 class Stated:
-    """What is said of a position.
+    """What is said of a position."""
 
-    Attributes:
-        below, above: how far the truth is in 95 of 100 cases [m].
-        overall: root mean square of the error over all hypotheses [m].
-        settled: the same without a load that changes unseen [m].
-        beyond: probability of an error above the limit.
-        bound: error that no more than `RISK` of the samples exceed [m].
-    """
-
+    # below, above: how far the truth is in 95 of 100 cases [m]
     below: Scalar
     above: Scalar
-    overall: Scalar
-    settled: Scalar
-    beyond: Scalar
-    bound: Scalar
+    overall: Scalar  # root mean square of the error over all hypotheses [m]
+    settled: Scalar  # the same without a load that changes unseen [m]
+    beyond: Scalar  # probability of an error above the limit
+    bound: Scalar  # error that no more than `RISK` of the samples exceed [m]
 
     @property
     def std(self) -> Scalar:
@@ -57,10 +44,7 @@ def stated(together: Mixture, width: Scalar, reach: Reach, beside: Beside, limit
     """What is said of a position.
 
     Args:
-        together: all hypotheses, weighed.
         width: factor of the filters' standard deviations by references [1].
-        reach: where the piston can be.
-        beside: what else is uncertain of it.
         limit: of an error [m].
     """
     unseen = beside.unseen

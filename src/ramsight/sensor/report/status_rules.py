@@ -35,34 +35,21 @@ from ramsight.sensor.thresholds import (
 
 @dataclass(frozen=True, kw_only=True)
 class PlausibilityState:
-    """A torque that may be impossible.
+    """A torque that may be impossible."""
 
-    Attributes:
-        unexplained_for: how long its innovation has been too large [s].
-        impossible_for: how long it has asked for an impossible load [s].
-        resting_for: how long the motor has stood [s].
-        at_rest: smoothed innovation at rest [N m].
-    """
-
-    unexplained_for: Scalar = leaf("s")
-    impossible_for: Scalar = leaf("s")
-    resting_for: Scalar = leaf("s")
-    at_rest: Scalar = leaf("N m")
+    unexplained_for: Scalar = leaf("s")  # how long its innovation has been too large [s]
+    impossible_for: Scalar = leaf("s")  # how long it has asked for an impossible load [s]
+    resting_for: Scalar = leaf("s")  # how long the motor has stood [s]
+    at_rest: Scalar = leaf("N m")  # smoothed innovation at rest [N m]
 
 
 @dataclass(frozen=True)
 class PositionEstimate:
-    """The position as the status judges it.
+    """The position as the status judges it."""
 
-    Attributes:
-        value: [m], perhaps outside the stroke.
-        said: of it.
-        known: whether a position has ever been known.
-    """
-
-    value: Scalar
-    said: Stated
-    known: Flag
+    value: Scalar  # [m], perhaps outside the stroke
+    said: Stated  # of it
+    known: Flag  # whether a position has ever been known
 
 
 def reference_due(said: Stated, integrity: AssumedIntegrity, stroke: Real) -> Flag:
@@ -94,12 +81,7 @@ OF_POSITION = frozenset(
 
 
 def first_of(conditions: Mapping[Status, Flag], *, without: Collection[Status] = ()) -> Scalar:
-    """The status of a sample as a number: of what holds, what weighs most.
-
-    Args:
-        conditions: of each status that a detector has.
-        without: what is left out.
-    """
+    """The status of a sample as a number: of what holds, what weighs most."""
     code = scalar(float(Status.OK))
     for one in DETECTORS:
         if one.status not in without and not never(conditions[one.status]):
@@ -118,12 +100,7 @@ def conditions_of(
     """Of each status that a detector has.
 
     Args:
-        at: the balance's step.
-        updated: what is known after it.
-        disputed: whether a reference was rejected and none has been accepted since.
-        position: that is judged.
         implausible: whether the torque is, by `implausible_torque`.
-        model: of the machine.
     """
     sample, intake, checks, stroke = at.sample, at.intake, at.checks, model.stroke
     beyond = ca.fmax(-position.value, position.value - stroke)
@@ -157,15 +134,7 @@ def conditions_of(
 def implausible_torque(
     state: PlausibilityState, sample: Sample, step: LoadStep, free: Flag, model: MachineModel
 ) -> tuple[PlausibilityState, Flag]:
-    """Whether the torque is impossible for the machine: unexplained, beyond relief, or there at rest.
-
-    Args:
-        state: before the sample.
-        sample: the sample.
-        step: of the load observer.
-        free: whether nothing holds the piston.
-        model: of the machine.
-    """
+    """Whether the torque is impossible for the machine: unexplained, beyond relief, or there at rest."""
     torque, dt = step.torque, sample.elapsed
     turning = ca.fabs(sample.motor_speed) > MOTOR_TURNS
     wrong = all_of(free, ca.fabs(torque.innovation) > 2.0 * SURE_STDS * torque.noise)
