@@ -554,8 +554,8 @@ def test_the_export_page_quotes_the_benchmark():
     assert found["export_samples"] >= 1_000_000
     assert found["export_double_error_m"] < 1e-9
     assert found["export_double_days_apart"] == 0
-    assert found["export_float_error_without_faults_m"] < 1e-3
-    assert found["export_float_days_apart"] <= 0.03 * found["export_days"]
+    assert found["export_float_error_without_faults_m"] < 2e-3
+    assert found["export_float_days_apart"] <= 0.04 * found["export_days"]
     assert found["export_double_O2"]["step_ns"] <= 5000
 
 
