@@ -23,8 +23,7 @@ from ramsight.cli import (
     tracking_verbs,
     weighing_verbs,
 )
-from ramsight.cli.common import group, say
-from ramsight.cli.reporting import scripted
+from ramsight.cli.common import group, say, scripted
 from ramsight.errors import DescriptionError, printable
 
 
