@@ -28,7 +28,6 @@ from ramsight.sensor.circuit import load_step
 from ramsight.sensor.circuit.load import _correct
 from ramsight.sensor.circuit.pressures import _possible
 from ramsight.sensor.contacts.contact import SettlingState, _settling
-from ramsight.sensor.inputs.corrected_torque import MagnetState, TorqueZeroState, correct_torque, correct_zero
 from ramsight.sensor.inputs.intake import (
     IntakeState,
     RateState,
@@ -40,8 +39,9 @@ from ramsight.sensor.inputs.intake import (
     check_inputs,
     check_rate,
 )
-from ramsight.sensor.inputs.oil_warming import CaseParameters, CaseState, heat_case
+from ramsight.sensor.inputs.oil_heat import CaseParameters, CaseState, heat_case
 from ramsight.sensor.inputs.sample import SHAFT_ANGLE, CounterState, Raw, SampleState, commanded, plain_sample
+from ramsight.sensor.inputs.torque import MagnetState, TorqueZeroState, correct_torque, correct_zero
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
 from ramsight.sensor.table import MovementTable, table

@@ -110,7 +110,7 @@ def allowed(room: str, other: str) -> bool:
 FILES = sorted(SOURCE.rglob("*.py"))
 SHOWN = {"demo"}
 """The room that shows what the others can do; only its verb loads it."""
-SAME_NAME = {"balance", "leakage", "oil_warming", "report", "thresholds"}
+SAME_NAME = {"balance", "leakage", "report", "thresholds"}
 """Names that two files have, one of them in the sensor: its stage has the name of what it estimates."""
 
 

@@ -34,7 +34,6 @@ from ramsight.sensor.contacts.contact_release import (
     _load_before,
     _moved_in_vain,
 )
-from ramsight.sensor.inputs.corrected_torque import MagnetState, correct_torque
 from ramsight.sensor.inputs.intake import (
     IntakeState,
     RateState,
@@ -43,14 +42,7 @@ from ramsight.sensor.inputs.intake import (
     check_inputs,
     check_rate,
 )
-from ramsight.sensor.inputs.oil_warming import (
-    CaseParameters,
-    CaseState,
-    WarmingState,
-    heat_case,
-    warming_rate,
-    with_case,
-)
+from ramsight.sensor.inputs.oil_heat import CaseParameters, CaseState, WarmingState, heat_case, warming_rate, with_case
 from ramsight.sensor.inputs.sample import (
     DC_POWER,
     LINK_ANGLE,
@@ -63,6 +55,7 @@ from ramsight.sensor.inputs.sample import (
     SampleState,
     plain_sample,
 )
+from ramsight.sensor.inputs.torque import MagnetState, correct_torque
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
 
