@@ -5,7 +5,7 @@ from __future__ import annotations
 from ramsight.constant import constants_of
 from ramsight.deploy.encoder.alarms import OF_STATUS, Fault
 from ramsight.deploy.encoder.objects import OBJECTS, Entry, code
-from ramsight.deploy.encoder.quality import GOOD, QUALITY
+from ramsight.deploy.encoder.opcua import GOOD, QUALITY
 from ramsight.logs.drive_maps import drive_maps
 from ramsight.tracking.sharing import SHARED
 

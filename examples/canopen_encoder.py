@@ -19,7 +19,7 @@ import numpy as np
 import can
 import ramsight
 from ramsight.deploy.encoder import Settings, drive_map, encoder_for
-from ramsight.deploy.encoder.eds import eds_text
+from ramsight.deploy.encoder.objects import eds_text
 from ramsight.deploy.encoder.played_drive import PlayedDrive
 from ramsight.deploy.encoder.runner import message_of, serve
 

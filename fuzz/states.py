@@ -39,8 +39,7 @@ def prepare(folder: Path) -> Prepared:
 
 
 def _followed(judge: Judge, path: Path) -> tuple[list[bytes], list[int]]:
-    from ramsight.deploy.encoder.saving import Saving
-    from ramsight.deploy.encoder.state_on_disk import Persistence
+    from ramsight.deploy.encoder.saving import Persistence, Saving
 
     sensor, log = judge.sensor, judge.log
     saving = Saving(sensor, Persistence(path, sensor))

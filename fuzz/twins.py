@@ -41,8 +41,7 @@ def prepare(_: Path) -> Prepared:
 
 def _follow(prepared: Prepared, path: Path, name: str, seen: mmap.mmap) -> None:
     """Follow the machine as the encoder does, and note each sample before the sensor has it."""
-    from ramsight.deploy.encoder.saving import Saving
-    from ramsight.deploy.encoder.state_on_disk import Persistence
+    from ramsight.deploy.encoder.saving import Persistence, Saving
 
     sensor = prepared.judge.sensor
     saving = Saving(sensor, Persistence(path, sensor, instance=name))

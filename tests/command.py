@@ -25,7 +25,7 @@ def as_command(*arguments, cwd=None, **environment):
 def at_once(*arguments, cwd=None):
     """Run `ramsight` in this process, from its arguments to its exit code; what it changes of the process goes back."""
     from ramsight.cli import main
-    from ramsight.cli.running import OTHER_ARRAYS
+    from ramsight.cli.verbs import OTHER_ARRAYS
 
     words, out, err = ["ramsight", *map(str, arguments)], io.StringIO(), io.StringIO()
     with contextlib.ExitStack() as stack:

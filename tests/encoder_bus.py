@@ -12,7 +12,7 @@ import numpy as np
 import ramsight.deploy.encoder
 from ramsight import machine
 from ramsight.deploy.encoder import Encoder, Frame, Settings, drive_map, encoder_for
-from ramsight.deploy.encoder.eds import NAME
+from ramsight.deploy.encoder.objects import NAME
 from ramsight.deploy.encoder.played_drive import PlayedDrive
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap

@@ -21,7 +21,7 @@ from ramsight.sensor.circuit.load_step import LoadEstimate, LoadStep, Motion, To
 from ramsight.sensor.circuit.relief import relief_probability, relief_tolerance
 from ramsight.sensor.contacts.contact import look_for_contact
 from ramsight.sensor.contacts.contact_state import ContactState, Estimated, moved
-from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.inputs.oil_heat import WarmingState, warming_rate
 from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.virtual_sensor import Report, close, log_inputs

@@ -21,7 +21,7 @@ from ramsight.plant.balance import balance
 from ramsight.plant.build import build
 from ramsight.plant.heat import HeatStores
 from ramsight.plant.symbols import Parameters
-from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case
+from ramsight.sensor.inputs.oil_heat import CaseParameters, CaseState, heat_case
 from ramsight.sensor.kalman import kalman
 
 from .plant_bench import UNITS

@@ -28,20 +28,20 @@ from ramsight.sensor.circuit import load_step
 from ramsight.sensor.circuit.load import _correct
 from ramsight.sensor.circuit.pressures import _possible
 from ramsight.sensor.contacts.contact import SettlingState, _settling
-from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case
 from ramsight.sensor.inputs.intake import (
     IntakeState,
+    RateState,
     TemperatureState,
     TorqueState,
     _clock,
     _temperature,
     _torque,
     check_inputs,
+    check_rate,
 )
-from ramsight.sensor.inputs.magnets import MagnetState, correct_torque
-from ramsight.sensor.inputs.rate import RateState, check_rate
+from ramsight.sensor.inputs.oil_heat import CaseParameters, CaseState, heat_case
 from ramsight.sensor.inputs.sample import SHAFT_ANGLE, CounterState, Raw, SampleState, commanded, plain_sample
-from ramsight.sensor.inputs.torque_zero import TorqueZeroState, correct_zero
+from ramsight.sensor.inputs.torque import MagnetState, TorqueZeroState, correct_torque, correct_zero
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
 from ramsight.sensor.table import MovementTable, table

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ramsight.deploy.encoder.eds import eds_text
+from ramsight.deploy.encoder.objects import eds_text
 from ramsight.deploy.fmu_description import TOOL
 
 PAGE = (Path(__file__).parent.parent / "docs" / "how-to" / "fmu.md").read_text(encoding="utf-8")

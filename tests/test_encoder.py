@@ -22,9 +22,19 @@ from ramsight import machine
 from ramsight.deploy.encoder import Frame, Settings, encoder_for
 from ramsight.deploy.encoder.alarms import OF_STATUS, Fault
 from ramsight.deploy.encoder.bus_clock import BusClock
-from ramsight.deploy.encoder.eds import eds_text, object_dictionary
 from ramsight.deploy.encoder.listening import Listener, _Channel, drive_map
-from ramsight.deploy.encoder.objects import BITS, ENTRIES, FORGET, LOAD, OBJECTS, RUNNING, SAVE, STORED
+from ramsight.deploy.encoder.objects import (
+    BITS,
+    ENTRIES,
+    FORGET,
+    LOAD,
+    OBJECTS,
+    RUNNING,
+    SAVE,
+    STORED,
+    eds_text,
+    object_dictionary,
+)
 from ramsight.deploy.encoder.parameters import ParameterFile
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs import read_log, read_truth
@@ -122,7 +132,9 @@ def test_canopen_imports_every_declared_entry():
             found = dictionary.get_variable(one.index, entry.subindex)
             assert found is not None
             assert (found.name, found.access_type, found.pdo_mappable) == (entry.name, entry.access, entry.mappable)
-            assert found.default == entry.default_for(NODE)
+            of_node = str(entry.default).startswith("$NODEID+")
+            default = NODE + int(str(entry.default).removeprefix("$NODEID+"), 0) if of_node else entry.default
+            assert found.default == default
             assert (found.min, found.max) == (entry.low, entry.high)
 
 

@@ -2,7 +2,7 @@
 
 import logging
 
-from ramsight.deploy.encoder.flood import Limit, limited_log_lines
+from ramsight.deploy.encoder.runner import Limit, limited_log_lines
 
 
 def line(text, *values, name="can"):

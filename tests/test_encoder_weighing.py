@@ -15,11 +15,9 @@ from ramsight import machine
 from ramsight.api.live_weighing import weigher_for
 from ramsight.cli import app
 from ramsight.deploy.encoder import Settings, encoder_for, runner
-from ramsight.deploy.encoder.eds import object_dictionary
 from ramsight.deploy.encoder.frame import EXTENDED, Frame
-from ramsight.deploy.encoder.j1939 import Broadcasting, Message
-from ramsight.deploy.encoder.j1939_weighing import WeighingMessages, weighing_messages_of
-from ramsight.deploy.encoder.objects import LOAD_STATUSES, NO_SCALE, NO_WEIGHING, QUALITIES
+from ramsight.deploy.encoder.j1939 import Broadcasting, Message, WeighingMessages, weighing_messages_of
+from ramsight.deploy.encoder.objects import LOAD_STATUSES, NO_SCALE, NO_WEIGHING, QUALITIES, object_dictionary
 from ramsight.deploy.encoder.played_drive import played_map
 from ramsight.duty.linked_duty import simulate_linked, unit_run
 from ramsight.duty.loading import lifting

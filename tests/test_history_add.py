@@ -11,10 +11,9 @@ import pytest
 import ramsight
 from ramsight.errors import DescriptionError
 from ramsight.histories.adding import add_logs, logs_in
-from ramsight.histories.dated import begun, instant, named_time, shown
 from ramsight.histories.from_log import Following, relief_level, summary
 from ramsight.histories.history_store import HistoryStore
-from ramsight.histories.record import LEARNED_LEAST, Learned, MachineKey
+from ramsight.histories.record import LEARNED_LEAST, Learned, MachineKey, begun, instant, named_time, shown
 from ramsight.logs.drive_log import write_log
 from ramsight.tracking.pressed import Press, Pressed
 

@@ -6,9 +6,9 @@ import pytest
 
 import ramsight
 from ramsight.errors import OutputError
+from ramsight.histories.adding import Session, recorded, session_for, taking
 from ramsight.histories.from_log import Following
 from ramsight.histories.history_store import HistoryError, HistoryStore
-from ramsight.histories.running_record import Session, recorded, session_for, taking
 
 from .conftest import TRACES
 from .encoder_bus import Settings, boom, encoder_for, played, usual_map

@@ -11,10 +11,9 @@ import pytest
 
 import ramsight
 from ramsight.histories.assessed import History, State, assessed
-from ramsight.histories.dated import instant
 from ramsight.histories.history_page import fleet_page, machine_text
 from ramsight.histories.history_store import Event, HistoryStore, Kept
-from ramsight.histories.record import Learned, MachineKey
+from ramsight.histories.record import Learned, MachineKey, instant
 
 from .command import as_command, at_once
 from .history_bench import BEGUN, life, record

@@ -7,7 +7,7 @@ import pytest
 
 from ramsight.errors import DescriptionError
 from ramsight.histories import trend as trends
-from ramsight.histories.cause import CAUSES, UNEXPLAINED, suspected
+from ramsight.histories.assessed import CAUSES, UNEXPLAINED, suspected
 from ramsight.histories.fleet import FEWEST, population
 from ramsight.histories.forecast import FEWEST as FEWEST_RECORDS
 from ramsight.histories.forecast import FOLLOWED, HORIZON, forecasts, limited, passed

@@ -16,7 +16,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import ramsight
-from ramsight.cli import running
+from ramsight.cli import verbs
 
 SOURCE = Path(ramsight.__file__).parent
 
@@ -110,7 +110,7 @@ def allowed(room: str, other: str) -> bool:
 FILES = sorted(SOURCE.rglob("*.py"))
 SHOWN = {"demo"}
 """The room that shows what the others can do; only its verb loads it."""
-SAME_NAME = {"balance", "leakage", "oil_warming", "report", "thresholds"}
+SAME_NAME = {"balance", "leakage", "report", "thresholds"}
 """Names that two files have, one of them in the sensor: its stage has the name of what it estimates."""
 
 
@@ -268,22 +268,22 @@ finally:
     ("words", "kept"), [(["simulate"], False), (["datasheet", "--cluster", "local"], True), (["--cluster=local"], True)]
 )
 def test_who_asks_for_a_cluster_has_dask(words, kept, monkeypatch):
-    for name in (*running.OTHER_ARRAYS, "xarray"):
+    for name in (*verbs.OTHER_ARRAYS, "xarray"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr(sys, "argv", ["ramsight", *words])
-    running._without_other_arrays()
-    assert [name in sys.modules for name in running.OTHER_ARRAYS] == [not kept] * 2
-    for name in running.OTHER_ARRAYS:
+    verbs._without_other_arrays()
+    assert [name in sys.modules for name in verbs.OTHER_ARRAYS] == [not kept] * 2
+    for name in verbs.OTHER_ARRAYS:
         sys.modules.pop(name, None)
 
 
 def test_where_xarray_is_there_already_it_keeps_what_it_may_have_found(monkeypatch):
     importlib.import_module("xarray")
-    for name in running.OTHER_ARRAYS:
+    for name in verbs.OTHER_ARRAYS:
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr(sys, "argv", ["ramsight", "simulate"])
-    running._without_other_arrays()
-    assert not any(name in sys.modules for name in running.OTHER_ARRAYS)
+    verbs._without_other_arrays()
+    assert not any(name in sys.modules for name in verbs.OTHER_ARRAYS)
 
 
 @pytest.mark.parametrize("module", ["ramsight", "ramsight.cli", "ramsight.errors", "ramsight.progress"])

@@ -8,8 +8,8 @@ import pytest
 
 from ramsight.deploy.encoder import Frame, Settings, encoder_for
 from ramsight.deploy.encoder.alarms import Fault
+from ramsight.deploy.encoder.listening import witnesses
 from ramsight.deploy.encoder.liveness import LATE, RESTARTS, Counted, Liveness, Report
-from ramsight.deploy.encoder.witnesses import witnesses
 from ramsight.errors import DescriptionError
 from ramsight.logs.mapped import Sequence
 

@@ -14,8 +14,7 @@ import pytest
 from evaluation.page_tables import quality_table
 from ramsight.deploy.encoder.alarms import Fault
 from ramsight.deploy.encoder.frame import Frame
-from ramsight.deploy.encoder.opcua import OpcuaError, OpcuaServer, address_of
-from ramsight.deploy.encoder.quality import QUALITY, quality_of
+from ramsight.deploy.encoder.opcua import QUALITY, OpcuaError, OpcuaServer, address_of, quality_of
 from ramsight.deploy.opcua_process import FIRST_CLIENTS, MOST_CLIENTS, NAMESPACE
 from ramsight.errors import DescriptionError
 

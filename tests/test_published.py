@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ramsight.deploy.encoder.published import Published
+from ramsight.deploy.encoder.scale import Published
 
 FASTEST = 0.1  # m/s
 

@@ -11,8 +11,7 @@ import can
 from ramsight.deploy.encoder import Frame
 from ramsight.deploy.encoder.listening import Listener
 from ramsight.deploy.encoder.played_drive import PlayedDrive
-from ramsight.deploy.encoder.replaying import replay
-from ramsight.deploy.encoder.runner import frame_of
+from ramsight.deploy.encoder.runner import frame_of, replay
 from ramsight.logs import write_log
 from ramsight.logs.channel_map import load_map
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from ramsight import progress
-from ramsight.cli import reporting, verbs
+from ramsight.cli import common, verbs
 from tests.command import as_command, at_once
 
 ROOT = Path(__file__).parent.parent
@@ -177,11 +177,11 @@ class Pair:
     ],
 )
 def test_values_as_json_has_them(value, json_value):
-    assert reporting.plain(value) == json_value
+    assert common.plain(value) == json_value
 
 
 def test_a_dataset_is_no_figure():
     xarray = pytest.importorskip("xarray")
-    assert reporting.plain(Pair(1.0, xarray.Dataset({"a": ("t", [1.0])}))) == {"one": 1.0}
+    assert common.plain(Pair(1.0, xarray.Dataset({"a": ("t", [1.0])}))) == {"one": 1.0}
     with pytest.raises(TypeError, match="no figure: object"):
-        reporting.plain(object())
+        common.plain(object())

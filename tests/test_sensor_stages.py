@@ -14,8 +14,7 @@ from ramsight.machine.assumption_description import AssumedReading
 from ramsight.plant.limits import limits_of
 from ramsight.sensor import thresholds as by
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.belief.link_angle import LinkState, read_angle
-from ramsight.sensor.belief.position_reading import read_position
+from ramsight.sensor.belief.position_reading import LinkState, read_angle, read_position
 from ramsight.sensor.checks.counter_check import CounterCheckState, Counting, judge_counter, read_counter
 from ramsight.sensor.checks.disagreement import Sums, sure
 from ramsight.sensor.checks.drive_check import DriveChecks
@@ -35,11 +34,15 @@ from ramsight.sensor.contacts.contact_release import (
     _load_before,
     _moved_in_vain,
 )
-from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case, with_case
-from ramsight.sensor.inputs.intake import IntakeState, TemperatureState, TorqueState, check_inputs
-from ramsight.sensor.inputs.magnets import MagnetState, correct_torque
-from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
-from ramsight.sensor.inputs.rate import RateState, check_rate
+from ramsight.sensor.inputs.intake import (
+    IntakeState,
+    RateState,
+    TemperatureState,
+    TorqueState,
+    check_inputs,
+    check_rate,
+)
+from ramsight.sensor.inputs.oil_heat import CaseParameters, CaseState, WarmingState, heat_case, warming_rate, with_case
 from ramsight.sensor.inputs.sample import (
     DC_POWER,
     LINK_ANGLE,
@@ -52,6 +55,7 @@ from ramsight.sensor.inputs.sample import (
     SampleState,
     plain_sample,
 )
+from ramsight.sensor.inputs.torque import MagnetState, correct_torque
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
 

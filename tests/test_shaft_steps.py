@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ramsight.deploy.encoder.shaft_steps import ShaftSteps
+from ramsight.deploy.encoder.liveness import ShaftSteps
 from ramsight.logs import read_log
 
 PERIOD, FASTEST, INERTIA = 0.02, 300.0, 0.01

@@ -36,17 +36,16 @@ from ramsight.errors import DescriptionError, RamsightError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.studio import draft
-from ramsight.studio.guard import Guard
 from ramsight.studio.knobs import FAULTS, KNOBS, LIE, UNSURE, WRONG_START, Knobs
 from ramsight.studio.machine_page import circuit_menu
 from ramsight.studio.playing import DUTIES, ENDS
 from ramsight.studio.rig import Rig
-from ramsight.studio.session import STANDS, Session
+from ramsight.studio.session import STANDS, Session, Visitors
 from ramsight.studio.setting import catalogue_name, query_of, read_setting, with_unit
 from ramsight.studio.strips import PRESETS, SIGNALS, STRIPS
 from ramsight.studio.thinning import keep, kept, thinned
 from ramsight.studio.uploaded_log import NOWHERE, Asked, find_factors, find_leak, judge, propose, references, track
-from ramsight.studio.visitors import Visitors
+from ramsight.studio.web_server import Guard
 from ramsight.studio.worker import _ALIVE, flows
 from ramsight.studio.worker import _columns as columns_of  # of a frame
 
@@ -616,11 +615,10 @@ def test_every_joule_that_came_in_is_somewhere(name):
 def served_with_patience(monkeypatch):
     """A server behind the guard that waits for half a second; gives its port."""
     uvicorn = pytest.importorskip("uvicorn")
-    from ramsight.studio import guard as guards
     from ramsight.studio import web_server
 
     monkeypatch.setattr(web_server, "PATIENCE", 0.5)
-    monkeypatch.setattr(guards, "BODY_WITHIN", 0.5)
+    monkeypatch.setattr(web_server, "BODY_WITHIN", 0.5)
 
     async def app(scope, receive, send):
         while scope["type"] == "http" and (await receive()).get("more_body"):

@@ -5,8 +5,8 @@ import os
 import threading
 import time
 
+from ramsight.studio.session import Place, Visitors
 from ramsight.studio.spawned import Spawned
-from ramsight.studio.visitors import Place, Visitors
 
 
 class Slow:

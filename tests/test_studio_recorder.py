@@ -13,7 +13,7 @@ from ramsight.studio.marks import Marks
 from ramsight.studio.recorder import LONGEST, Recorder
 from ramsight.studio.rig import Rig
 from ramsight.studio.session import Session
-from ramsight.studio.strips_panel import saved_run
+from ramsight.studio.strips import saved_run
 
 PERIOD = 0.02
 

@@ -14,13 +14,12 @@ from ramsight import machine
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
-from ramsight.studio import storyteller
+from ramsight.studio import scenarios
 from ramsight.studio.playing import ENDS, Playing
 from ramsight.studio.rig import Rig
 from ramsight.studio.said import LETTERS, LEVELS, SILENT, UNCHECKED, of_estimate, of_verdict
-from ramsight.studio.scenarios import FIRST, NOTHING, SCENARIOS
+from ramsight.studio.scenarios import FIRST, MISSED, NOTHING, SCENARIOS, Scenario, Scene, Storyteller
 from ramsight.studio.status_bar import status_help
-from ramsight.studio.storyteller import MISSED, Scenario, Scene, Storyteller
 from ramsight.studio.worker import _edges as edges_of  # of a strip's band
 from ramsight.studio.worker import _said as said_of  # what a frame has of a unit
 from ramsight.tracking.comparing import ALERTS, Verdict
@@ -82,7 +81,7 @@ def test_the_lever_presses_at_both_ends_and_turns_round():
 
 
 def test_a_scenario_that_a_machine_does_not_show_ends_in_words_that_say_so(monkeypatch):
-    monkeypatch.setattr(storyteller, "LONGEST", 0.1)
+    monkeypatch.setattr(scenarios, "LONGEST", 0.1)
     never = Scenario("never", "", (Scene("waits", lambda view: False),), "shown", "")
     rig = Rig(machine.load_machine("press"))
     rig.turn(replace(rig.knobs, leak=2.0))

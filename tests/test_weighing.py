@@ -17,8 +17,7 @@ from ramsight.plant.linkage import angles, holding_forces, joints
 from ramsight.plant.linked import build_linked
 from ramsight.tool.force_balance import balance
 from ramsight.tool.force_scale import described_scale
-from ramsight.tool.lift_windows import smoothed, windows
-from ramsight.tool.weighing_events import Plain, Quality
+from ramsight.tool.weighing_events import Plain, Quality, smoothed, windows
 from ramsight.tool.weighing_limits import EMPTY_SHARE, SHORTEST
 from ramsight.tool.weighing_tally import Tally, weighed
 

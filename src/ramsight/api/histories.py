@@ -11,11 +11,10 @@ from ramsight.argument_kinds import by_kind
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.histories.adding import Added, add_logs, logs_in
 from ramsight.histories.assessed import Assessed, History, assessed
-from ramsight.histories.dated import instant
 from ramsight.histories.from_log import Following
 from ramsight.histories.history_page import fleet_page
 from ramsight.histories.history_store import KINDS_OF_EVENT, Event, HistoryStore, Kept
-from ramsight.histories.record import MachineKey, description_digest
+from ramsight.histories.record import MachineKey, description_digest, instant
 from ramsight.logs.channel_map import AnyMap
 from ramsight.machine import load_machine, only_unit
 from ramsight.machine.description import Machine

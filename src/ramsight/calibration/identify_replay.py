@@ -35,7 +35,7 @@ from ramsight.plant.valve import SETTLED, CheckValve, ReliefValve
 from ramsight.sensor.balance import BalanceState
 from ramsight.sensor.circuit.load import LoadState, Piston, observe_load
 from ramsight.sensor.dead_reckoning import ReckoningState
-from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.inputs.oil_heat import WarmingState, warming_rate
 from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.virtual_sensor import Report, close

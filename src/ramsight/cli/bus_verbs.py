@@ -104,15 +104,13 @@ def encoder(
     needs("canopen", "can", channel)
     needs("can", "can", channel)
     from ramsight.deploy.encoder.assembly import encoder_for, overrides
-    from ramsight.deploy.encoder.eds import eds_text
     from ramsight.deploy.encoder.encoder import Settings
-    from ramsight.deploy.encoder.flood import limited_log_lines
-    from ramsight.deploy.encoder.j1939 import Broadcast, Broadcasting, message_of
-    from ramsight.deploy.encoder.j1939_weighing import weighing_messages_of
+    from ramsight.deploy.encoder.j1939 import Broadcast, Broadcasting, message_of, weighing_messages_of
     from ramsight.deploy.encoder.listening import drive_map
+    from ramsight.deploy.encoder.objects import eds_text
     from ramsight.deploy.encoder.opcua import OpcuaServer, address_of
-    from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
-    from ramsight.histories.running_record import recorded, session_for, taking
+    from ramsight.deploy.encoder.runner import limited_log_lines, open_bus, serve, until_stopped
+    from ramsight.histories.adding import recorded, session_for, taking
     from ramsight.logs.channel_map import load_map
     from ramsight.tracking.comparing import LONGEST_ALERT
 
@@ -206,8 +204,7 @@ def logs_replay(
 
     needs("can", "can", channel)
     from ramsight.deploy.encoder.played_drive import PlayedDrive, played_map
-    from ramsight.deploy.encoder.replaying import replay
-    from ramsight.deploy.encoder.runner import open_bus, until_stopped
+    from ramsight.deploy.encoder.runner import open_bus, replay, until_stopped
 
     check_target(map_out, (".toml",))
     check_apart({"the log": log, "--map": channel_map}, {"--map-out": map_out})

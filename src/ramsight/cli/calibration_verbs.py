@@ -15,6 +15,7 @@ from ramsight.cli.common import (
     Requirement,
     SensedUnit,
     Strict,
+    give,
     named_unit,
     say,
     say_lines,
@@ -22,7 +23,6 @@ from ramsight.cli.common import (
     say_written,
     strictly,
 )
-from ramsight.cli.reporting import give
 from ramsight.errors import one_line
 
 

@@ -13,13 +13,13 @@ from ramsight.cli.common import (
     DrivenUnit,
     Machine,
     Strict,
+    give,
     named_unit,
     say_lines,
     say_verdicts,
     say_written,
     strictly,
 )
-from ramsight.cli.reporting import give
 
 
 def compare(

@@ -13,13 +13,13 @@ from ramsight.cli.common import (
     ChannelMapFile,
     DrivenUnit,
     Machine,
+    give,
     say,
     say_error,
     say_lines,
     say_table,
     say_written,
 )
-from ramsight.cli.reporting import give
 
 Store = Annotated[
     str,

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, named_unit, say, say_lines, say_table, say_written
-from ramsight.cli.reporting import give, report
+from ramsight.cli.common import Machine, give, named_unit, report, say, say_lines, say_table, say_written
 
 if TYPE_CHECKING:
     from ramsight.machine import Machine as MachineDescription
@@ -51,7 +50,7 @@ def check(
         say_lines(f"\nwhat {name} can have")
         say_table(rows_of((one.what, "yes" if one.can else "no", one.how) for one in abilities(described, unit=name)))
     if channel_map is not None:
-        from ramsight.deploy.encoder.witnesses import witnesses
+        from ramsight.deploy.encoder.listening import witnesses
         from ramsight.logs.channel_map import load_map
 
         found = witnesses(load_map(channel_map))

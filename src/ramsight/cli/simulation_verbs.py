@@ -12,13 +12,14 @@ from ramsight.cli.common import (
     Machine,
     Requirement,
     SensedUnit,
+    give,
     named_unit,
+    report,
     say,
     say_cautions,
     say_lines,
     say_written,
 )
-from ramsight.cli.reporting import give, report
 
 if TYPE_CHECKING:
     from ramsight.duty import DriveReport

@@ -18,7 +18,10 @@ from ramsight.cli.common import (
     StandingUnits,
     Strict,
     by_unit,
+    give,
     named_unit,
+    plain,
+    report,
     say,
     say_error,
     say_lines,
@@ -26,7 +29,6 @@ from ramsight.cli.common import (
     say_written,
     strictly,
 )
-from ramsight.cli.reporting import give, plain, report
 
 if TYPE_CHECKING:
     from ramsight.machine.description import Machine as Described
@@ -262,7 +264,7 @@ def track(
         if figure is not None and done.track is not None and done.log is not None:
             tracked_figure(done.log, done.track, true, title, figure, look)
         if tool_figure is not None and done.track is not None:
-            from ramsight.tool.tool_figure import draw_tool
+            from ramsight.tool.tool_shown import draw_tool
 
             draw_tool(done.track, verbatim(f"{titled}, {tool}: {log.name}"), tool_figure)
         give(unit=unit, **done.figures, mistake=done.mistake)

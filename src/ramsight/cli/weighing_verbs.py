@@ -16,12 +16,12 @@ from ramsight.cli.common import (
     Machine,
     StandingUnits,
     by_unit,
+    give,
     known_masses,
     say_lines,
     say_table,
     say_written,
 )
-from ramsight.cli.reporting import give
 
 
 def weigh(
@@ -59,7 +59,7 @@ def weigh(
     """
     from ramsight.api.weighing import weigh as weigh_logs
     from ramsight.output import check_apart, check_figure, check_table, open_table
-    from ramsight.tool.weighing_shown import draw_weighings, weighings_table
+    from ramsight.tool.tool_shown import draw_weighings, weighings_table
 
     check_table(out)
     check_figure(figure)

@@ -14,8 +14,7 @@ import numpy as np
 from ramsight.arrays import Array
 from ramsight.calibration.sensors import sensor_for
 from ramsight.errors import LogError
-from ramsight.histories.dated import begun
-from ramsight.histories.record import Learned, Record
+from ramsight.histories.record import Learned, Record, begun
 from ramsight.intervals import true_intervals
 from ramsight.logs.channel_map import AnyMap
 from ramsight.logs.opening import open_signals
@@ -233,7 +232,7 @@ class Counted:
 
 def summary(record: Record) -> str:
     """A record in a line."""
-    from ramsight.histories.dated import shown
+    from ramsight.histories.record import shown
 
     if record.mistake:
         return f"{record.file}: {shown(record.begun)}, cannot be this machine's: {record.mistake}"

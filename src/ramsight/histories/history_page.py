@@ -15,7 +15,7 @@ import numpy as np
 from ramsight.arrays import Array
 from ramsight.errors import one_line
 from ramsight.histories.assessed import HEADLINE, Assessed, QuantityTrend, State, forecast_text
-from ramsight.histories.dated import shown
+from ramsight.histories.record import shown
 from ramsight.histories.trend import YEAR
 from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing

@@ -16,7 +16,7 @@ from ramsight.sensor.circuit.load import LoadState, Piston, observe_load
 from ramsight.sensor.circuit.pressures import measured_pressures
 from ramsight.sensor.circuit.relief import relief_probability
 from ramsight.sensor.dead_reckoning import ReckoningState, at_reference, relief_loss
-from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.inputs.oil_heat import WarmingState, warming_rate
 from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.report.status_rules import outside_temperature

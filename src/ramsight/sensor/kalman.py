@@ -31,16 +31,8 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.bank import Bank
 from ramsight.sensor.belief.bank_state import BankState, StartOfPosition
-from ramsight.sensor.belief.link_angle import LinkState
-from ramsight.sensor.belief.update import (
-    ContactEvidence,
-    Predicted,
-    Prediction,
-    Updated,
-    UpdateState,
-    measure,
-    predict,
-)
+from ramsight.sensor.belief.position_reading import LinkState
+from ramsight.sensor.belief.update import ContactEvidence, Predicted, Prediction, Updated, UpdateState, measure, predict
 from ramsight.sensor.checks.drive_check import DriveChecks, DriveState, check_drive
 from ramsight.sensor.checks.inertia_check import InertiaState, check_inertia, shaft_inertia
 from ramsight.sensor.checks.pressure_check import PressureCheckState, check_pressures
@@ -50,12 +42,10 @@ from ramsight.sensor.circuit.load_release import Release, UnheldState, release_l
 from ramsight.sensor.circuit.relief import Relief, relief_probability, relief_tolerance
 from ramsight.sensor.contacts.contact import look_for_contact
 from ramsight.sensor.contacts.contact_state import ContactState, Estimated, moved
-from ramsight.sensor.inputs.case_heat import CaseParameters, CaseState, heat_case, with_case
 from ramsight.sensor.inputs.intake import Intake, IntakeState, check_inputs
-from ramsight.sensor.inputs.magnets import MagnetState, correct_torque, gain_with_magnets
-from ramsight.sensor.inputs.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.inputs.oil_heat import CaseParameters, CaseState, WarmingState, heat_case, warming_rate, with_case
 from ramsight.sensor.inputs.sample import LINK_ANGLE, MOTOR_TEMPERATURE, Raw, Sample, declared_inputs
-from ramsight.sensor.inputs.torque_zero import TorqueZeroState, correct_zero
+from ramsight.sensor.inputs.torque import MagnetState, TorqueZeroState, correct_torque, correct_zero, gain_with_magnets
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import FACTOR_OF, Quantity

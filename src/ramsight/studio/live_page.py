@@ -11,18 +11,33 @@ from typing import Any
 
 from nicegui import background_tasks, ui
 
-from ramsight.studio.controls import Controls, labelled
+from ramsight.studio.controls import Controls, RacePanel, labelled
 from ramsight.studio.known_panel import places_panel, reasons_panel
-from ramsight.studio.lifts_panel import lifts_panel
 from ramsight.studio.prepared import Prepared
-from ramsight.studio.race_panel import RacePanel
 from ramsight.studio.scene import VIEWS, MachineScene
 from ramsight.studio.session import STANDS, Session
 from ramsight.studio.setting import Setting, catalogue_name, query_of
 from ramsight.studio.status_bar import status_bar, status_help
 from ramsight.studio.story_panel import StoryPanel
-from ramsight.studio.strips_panel import strips_known, strips_panel
+from ramsight.studio.strips import strips_known, strips_panel
 from ramsight.studio.worker import Frame
+
+
+def lifts_panel(unit: str) -> None:
+    """The newest weighing with its picture, those before it, and the total."""
+    with ui.element("section").classes("panel lifts").props('id=lifts aria-label="what it lifts"'):
+        ui.html("<h2>What it lifts</h2>", sanitize=False)
+        ui.label(
+            "each lift weighed by the motor's torque and the sensors' positions; pale: the 95 % band; triangle: the"
+            " true mass, which only the studio knows; dashed: what may be lifted there"
+        ).classes("text-xs")
+        ui.label(f"Nothing is weighed yet. Lift the {unit} steadily for 3 s, then stop.").props("id=lifts-none")
+        ui.element("ul").props('id=lifts-newest role=log aria-label="the newest weighing"')
+        ui.element("div").props("id=lifts-picture").classes("w-full")
+        ui.element("ul").props('id=lifts-before aria-label="weighings before it"')
+        ui.element("p").props("id=lifts-total")
+        ui.label("no scale for trade, and no safety function").classes("text-xs")
+
 
 _STANDS = f"the machine's process has said nothing for {STANDS:g} s: what is shown is old"
 _PAUSE = 0.01  # s between two looks at what has come

@@ -14,11 +14,10 @@ from nicegui import run, ui
 
 from ramsight.log_formats import READABLE
 from ramsight.machine.description import Machine
-from ramsight.studio.files import Shared
 from ramsight.studio.knobs import SENSORS
 from ramsight.studio.known_panel import places_panel, reasons_panel
 from ramsight.studio.map_form import MapForm, entry, is_standard
-from ramsight.studio.markup import scrolled
+from ramsight.studio.markup import Shared, scrolled
 from ramsight.studio.spawned import Job, Say
 from ramsight.studio.thinning import Floats, kept, thinned
 from ramsight.studio.uploaded_log import (

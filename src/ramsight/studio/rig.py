@@ -87,26 +87,16 @@ class Rig:
     """
 
     def __init__(self, machine: Machine, period: float = SAMPLE_PERIOD) -> None:
-        self.name, self.period, self.knobs = machine.title or machine.name, period, Knobs()
+        self.name, self.period = machine.title or machine.name, period
         self.linked: LinkedMachine | None = None if machine.linkage is None else build_linked(machine)
         if self.linked is not None:
             self.sheet: dict[str, HydraulicUnit] = {unit.name: unit for unit in self.linked.units}
         else:
             name = next(iter(machine.units))
             self.sheet = {name: build(machine.unit(name), name)}
-        self.levers = dict.fromkeys(self.sheet, 0.0)
-        self.faults: set[str] = set()
         self._described, self._largest = machine, self._largest_load(machine)
-        self._references: dict[str, float] = {}
-        self._speeds = dict.fromkeys(self.sheet, 0.0)
-        self._frozen: dict[str, float] = {}
-        self._drives: dict[str, LiveDrive] = {}
-        self._said: tuple[float, float, float] | None = None
-        self._obstacles: dict[str, float] = {}
-        self._playing: Playing | None = None
-        self.second: dict[str, Transducer] = {}
-        self._compared: dict[str, Compared] = {}
-        self._begin()
+        self.faults: set[str] = set()
+        self.begin()
 
     def _largest_load(self, machine: Machine) -> float:
         """Rated payload [kg], or the largest named load [N]."""
@@ -122,14 +112,19 @@ class Rig:
         Args:
             known: whether `kalman` is given the positions, as the other sensors are.
         """
-        self.knobs, self.levers, self._playing = Knobs(), dict.fromkeys(self.sheet, 0.0), None
-        self._speeds = dict.fromkeys(self.sheet, 0.0)
         if "power" in self.faults:
             self._saved.cleanup()
         self.faults.clear()
-        for kept in (self._references, self._frozen, self._obstacles, self.second, self._compared):
-            kept.clear()
-        self._said = None
+        self.knobs, self.levers = Knobs(), dict.fromkeys(self.sheet, 0.0)
+        self._playing: Playing | None = None
+        self._speeds = dict.fromkeys(self.sheet, 0.0)
+        self._references: dict[str, float] = {}
+        self._frozen: dict[str, float] = {}
+        self._obstacles: dict[str, float] = {}
+        self._drives: dict[str, LiveDrive] = {}
+        self._said: tuple[float, float, float] | None = None
+        self.second: dict[str, Transducer] = {}
+        self._compared: dict[str, Compared] = {}
         self._begin()
         if not known:
             for sensors in self.sensors.values():

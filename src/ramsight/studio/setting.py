@@ -19,12 +19,9 @@ from ramsight.machine.description import Machine
 from ramsight.studio.knobs import FAULTS, KINDS, KNOBS, SENSORS
 from ramsight.studio.playing import DUTIES
 from ramsight.studio.scenarios import FIRST, NOTHING, SCENARIOS
-from ramsight.studio.strips import STRIPS, read_strips, units_of
+from ramsight.studio.strips import SPAN, SPANS, STRIPS, read_strips, units_of
 from ramsight.studio.worker import FASTEST
 
-SPANS = {"30s": "30 s", "2min": "2 min", "10min": "10 min", "all": "all"}
-"""How much of the time the strips show, as a link has it and in words."""
-SPAN = "2min"
 TABS = ("Live", "Machines", "Logs", "Studies", "History")
 """Tabs of the page."""
 _LONGEST = 2000  # letters of a query

@@ -14,7 +14,7 @@ from nicegui import run, ui
 from ramsight.api.studying import Study
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Machine
-from ramsight.studio.files import Shared
+from ramsight.studio.markup import Shared
 from ramsight.studio.spawned import Job, Say
 from ramsight.studio.visit import Visit
 from ramsight.study.datasheet.sheet import Sheet

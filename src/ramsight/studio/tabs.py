@@ -1,20 +1,130 @@
-"""The studio's tabs; each but the first is made when it is opened first, so that the page is there at once."""
+"""The studio's tabs: the machine that runs on the first; each other one is made when it is opened first."""
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import Callable
+from html import escape
 
 from nicegui import background_tasks, run, ui
 
+from ramsight.errors import DescriptionError, RamsightError
 from ramsight.machine.description import Machine
-from ramsight.studio.draft import Problem
-from ramsight.studio.prepared import Prepared
-from ramsight.studio.rig_holder import Running
-from ramsight.studio.session import Session
+from ramsight.studio.draft import Problem, problem
+from ramsight.studio.live_page import live_page
+from ramsight.studio.prepared import Prepared, prepare
+from ramsight.studio.session import Place, Session
 from ramsight.studio.setting import TABS, Setting
 from ramsight.studio.visit import Visit
-from ramsight.studio.visitors import Place
+
+_NONE = (
+    "<p>No store of histories is served. A history has a record of each log of a machine: how much its pump leaks, and"
+    " how sure that is. Make one, and start the studio with it:</p>"
+    '<pre style="white-space:pre-wrap">ramsight history add MACHINE LOGS… --store fleet.db\n'
+    "ramsight studio --history fleet.db</pre>"
+)
+
+
+def _history(visit: Visit) -> None:
+    """Show the store that the studio was started with, as it is now."""
+    from ramsight.api.histories import report_text
+
+    store = visit.history
+    with ui.element("section").classes("panel"):
+        ui.html("<h2>How machines change</h2>", sanitize=False)
+        if store is None:
+            ui.html(_NONE, sanitize=False)
+            return
+        said = ui.label("the store is read …").props("id=fleet-said role=status").classes("text-sm")
+        again = ui.button("read again", on_click=lambda: read()).props("dense size=sm no-caps")
+        shown = ui.html("", sanitize=False).classes("w-full")
+
+    async def read() -> None:
+        again.disable()
+        try:
+            page = str(await run.io_bound(report_text, store))
+        except RamsightError as error:
+            said.set_text(str(error))
+        else:
+            said.set_text("")
+            # No script of a page runs in such a frame; what a store has of names is text there.
+            words = 'class="fleet" sandbox="" title="how machines change" tabindex="0"'
+            shown.set_content(f'<iframe {words} srcdoc="{escape(page)}"></iframe>')
+        again.enable()
+
+    ui.timer(0.0, read, once=True)
+
+
+_LOOK = 0.1  # s, from one look at whether a machine is ready to the next
+
+
+class Running:
+    """The first tab.
+
+    Args:
+        place: of the visitor, with the session that is ended when he goes.
+    """
+
+    def __init__(
+        self,
+        panel: ui.tab_panel,
+        prepared: Prepared,
+        session: Session,
+        place: Place,
+        naming: Callable[[str], object],
+        setting: Setting,
+        laid_out: Callable[[], object],
+    ) -> None:
+        self._panel, self._place, self._naming = panel, place, naming
+        self._show(prepared, session, setting, laid_out)
+
+    async def another(self, machine: Machine) -> Problem | None:
+        """Let another machine run; the one before runs until that one is ready, and goes on if it cannot.
+
+        Returns:
+            Why it cannot run; None if it does.
+        """
+        async with self._place.changing:
+            return await self._change(machine)
+
+    async def _change(self, machine: Machine) -> Problem | None:
+        try:
+            prepared = await run.io_bound(prepare, machine)
+        except DescriptionError as error:
+            return problem(error)
+        except RamsightError as error:
+            return Problem("", str(error))
+        session = None if prepared is None or self._panel.client.is_deleted else await run.io_bound(Session, machine)
+        if prepared is None or session is None:
+            return Problem("", "the studio has ended, or nobody looks any more")
+        while session.about is None and not session.over and not self._panel.client.is_deleted:
+            await asyncio.sleep(_LOOK)
+        if session.about is None or self._panel.client.is_deleted:
+            await run.io_bound(session.close)
+            return session.wrong or Problem("", session.ended)
+        before, self._place.session = self._place.session, session
+        if before is not None:
+            await run.io_bound(before.close)
+        self._panel.clear()
+        # whoever has described a machine moves it himself
+        self._show(prepared, session, Setting(scenario=None), can_link=False)
+        return None
+
+    def _show(
+        self,
+        prepared: Prepared,
+        session: Session,
+        setting: Setting,
+        laid_out: Callable[[], object] = lambda: None,
+        *,
+        can_link: bool = True,
+    ) -> None:
+        described = prepared.described
+        self._naming(described.title or described.name)
+        with self._panel:
+            live_page(prepared, session, setting, laid_out, can_link=can_link)
+
 
 Build = Callable[[Visit], None]
 
@@ -80,12 +190,6 @@ def _studies(visit: Visit) -> None:
     from ramsight.studio.studies_page import studies_page
 
     studies_page(visit)
-
-
-def _history(visit: Visit) -> None:
-    from ramsight.studio.history_tab import history_tab
-
-    history_tab(visit)
 
 
 _DESCRIBED = "Machines"

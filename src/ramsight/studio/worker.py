@@ -30,8 +30,7 @@ from ramsight.studio.knobs import LIE, SECOND
 from ramsight.studio.marks import Mark
 from ramsight.studio.rig import Rig, Row
 from ramsight.studio.said import LEVELS, of_estimate, of_verdict
-from ramsight.studio.scenarios import SCENARIOS
-from ramsight.studio.storyteller import Storyteller
+from ramsight.studio.scenarios import SCENARIOS, Storyteller
 from ramsight.units import FREEZING, RPM
 
 _FRAME = 1.0 / 30.0  # s, from one frame to the next
@@ -64,7 +63,7 @@ class Frame:
     oil: dict[str, list[float]] = field(default_factory=dict)
     marks: list[Mark] = field(default_factory=list)  # what has happened at one time, as `marks.Mark`
     begun: int = 0  # how often the machine has begun again
-    telling: dict[str, Any] | None = None  # how far the scenario is, as `storyteller.Telling`; None if none plays
+    telling: dict[str, Any] | None = None  # how far the scenario is, as `scenarios.Telling`; None if none plays
     # what knobs, faults, duty cycle, speed-up and sensors are now
     settings: dict[str, Any] = field(default_factory=dict)
 

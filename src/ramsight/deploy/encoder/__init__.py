@@ -8,6 +8,6 @@ from ramsight.deploy.encoder.encoder import Encoder, Settings
 from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.listening import Listener, drive_map
 from ramsight.deploy.encoder.parameters import ParameterFile
-from ramsight.deploy.encoder.state_on_disk import Persistence
+from ramsight.deploy.encoder.saving import Persistence
 
 __all__ = ["Encoder", "Frame", "Listener", "ParameterFile", "Persistence", "Settings", "drive_map", "encoder_for"]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Set
 from enum import Enum
 
+from ramsight.deploy.encoder.server import OPERATIONAL, PRE_OPERATIONAL, Node
 from ramsight.sensor.status import Status
 
 POSITION_ERROR = 1 << 0
@@ -39,67 +41,38 @@ class Fault(Enum):
     IMPLAUSIBLE = (POSITION_ERROR, 0, 0xFF03, _DEVICE, "F", "torque or speed implausible or contradicted, time frozen")
     ONE_OF_TWO = (0, _INPUT, 0xFF04, _DEVICE, "M", "speed or counter of the shaft is wrong; the other one is used")
     APART = (
-        POSITION_ERROR | CONTRADICTED,
-        0,
-        0xFF05,
-        _DEVICE,
-        "F",
+        POSITION_ERROR | CONTRADICTED, 0, 0xFF05, _DEVICE, "F",
         "a real sensor and this one are apart, and nothing tells which is wrong",
-    )
+    )  # fmt: skip
     OTHER_WRONG = (0, _INPUT, 0xFF06, _DEVICE, "M", "the real sensor is wrong or silent")
     VIRTUAL_WRONG = (
-        POSITION_ERROR | CONTRADICTED,
-        0,
-        0xFF07,
-        _DEVICE,
-        "F",
+        POSITION_ERROR | CONTRADICTED, 0, 0xFF07, _DEVICE, "F",
         "a real sensor is elsewhere, and this one says itself that it may be wrong",
-    )
+    )  # fmt: skip
     SECOND_NODE = (
-        POSITION_ERROR,
-        _INPUT,
-        0xFF08,
-        _BUS,
-        "F",
+        POSITION_ERROR, _INPUT, 0xFF08, _BUS, "F",
         "another node with the drive's identifier; the position is forgotten",
-    )
+    )  # fmt: skip
     STALE = (POSITION_ERROR, _INPUT, 0xFF09, _BUS, "F", "the drive's data repeat, or are late")
     DISABLED = (POSITION_ERROR, 0, 0xFF0A, _DEVICE, "C", "the drive is not enabled (6041h), and its torque is none")
     DRIVE_SILENT = (POSITION_ERROR, _INPUT, 0x8250, _BUS, "F", "drive silent for longer than object 2002h allows")
     DRIVE_GONE = (
-        POSITION_ERROR,
-        _INPUT,
-        0x8130,
-        _BUS,
-        "F",
+        POSITION_ERROR, _INPUT, 0x8130, _BUS, "F",
         "the drive's heartbeat (1016h) is missing, or says that it is not operational",
-    )
+    )  # fmt: skip
     SHORT = (0, 0, 0x8210, _BUS, "S", "a PDO of the drive is shorter than what is mapped")
     STATE_DAMAGED = (
-        POSITION_ERROR | DATA_DAMAGED,
-        0,
-        0x6300,
-        _PROFILE,
-        "F",
+        POSITION_ERROR | DATA_DAMAGED, 0, 0x6300, _PROFILE, "F",
         "stored state damaged, or another machine's",
-    )
+    )  # fmt: skip
     PARAMETERS_DAMAGED = (
-        POSITION_ERROR | DATA_DAMAGED,
-        0,
-        0x6300,
-        _PROFILE,
-        "F",
+        POSITION_ERROR | DATA_DAMAGED, 0, 0x6300, _PROFILE, "F",
         "stored parameters damaged; defaults",
-    )
-
+    )  # fmt: skip
     NOT_SAVED = (
-        POSITION_ERROR | CANNOT_SAVE,
-        0,
-        0x5500,
-        _DEVICE,
-        "F",
+        POSITION_ERROR | CANNOT_SAVE, 0, 0x5500, _DEVICE, "F",
         "the state cannot be saved: disk full, read-only or slow",
-    )
+    )  # fmt: skip
     INTERNAL = (POSITION_ERROR, 0, 0x6100, _DEVICE, "F", "a value of the sensor is no number; restart the encoder")
 
     def __init__(self, alarm: int, warning: int, emcy: int, register: int, ne107: str, text: str) -> None:
@@ -171,3 +144,47 @@ def _together(words: Iterable[int]) -> int:
     for word in words:
         found |= word
     return found
+
+
+_REMEMBERED = 8
+
+
+class Emergencies:
+    """Tells the bus which faults come and go.
+
+    Attributes:
+        history: what 1003h holds: code, and the sensor's status above it; the newest first.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._reported: list[Fault] = []
+        self._quiet_until = -math.inf
+        self.history: list[int] = []
+
+    def due(self, faults: Set[Fault]) -> float:
+        """When the next one may go out [s]; infinite if there is nothing new, or the node has to be silent."""
+        if self._node.state not in (PRE_OPERATIONAL, OPERATIONAL):
+            return math.inf
+        return self._quiet_until if {fault for fault in faults if fault.emcy} != set(self._reported) else math.inf
+
+    def tell(self, now: float, faults: Set[Fault], status: int) -> None:
+        """Send one if it is due: a new error, or code 0 when errors are over.
+
+        Its last five bytes are the alarms, the warnings and the sensor's status.
+        """
+        if now < self.due(faults):
+            return
+        new = next((fault for fault in Fault if fault.emcy and fault in faults and fault not in self._reported), None)
+        if new is None:
+            self._reported = [fault for fault in self._reported if fault in faults]
+        else:
+            self._reported.append(new)
+            self.history = [new.emcy | status << 16, *self.history][:_REMEMBERED]
+        words = alarms(faults) | warnings(faults) << 16 | status << 32
+        self._node.emergency(0 if new is None else new.emcy, register(faults), words.to_bytes(5, "little"))
+        self._quiet_until = now + self._node.get(0x1015) * 1e-4
+
+    def forget(self) -> None:
+        """After a reset every condition that still holds is reported again."""
+        self._reported.clear()

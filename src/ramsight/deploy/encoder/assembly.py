@@ -11,8 +11,8 @@ from ramsight.deploy.encoder.beside import ALERT, TOLERANCE
 from ramsight.deploy.encoder.encoder import Encoder, Settings
 from ramsight.deploy.encoder.listening import Listener, Sample
 from ramsight.deploy.encoder.parameters import SUFFIX, ParameterFile
+from ramsight.deploy.encoder.saving import Persistence
 from ramsight.deploy.encoder.second_node import PERIOD
-from ramsight.deploy.encoder.state_on_disk import Persistence
 from ramsight.errors import DescriptionError
 from ramsight.logs.mapped import ChannelMap
 from ramsight.plant.unit import HydraulicUnit

@@ -7,22 +7,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from ramsight._version import __version__
-from ramsight.deploy.encoder.alarms import ALARMS, OF_STATUS, WARNINGS, Fault, alarms, register, warnings
+from ramsight.deploy.encoder.alarms import ALARMS, OF_STATUS, WARNINGS, Emergencies, Fault, alarms, register, warnings
 from ramsight.deploy.encoder.beside import Beside
 from ramsight.deploy.encoder.bus_clock import BusClock
-from ramsight.deploy.encoder.emergencies import Emergencies
 from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.listening import Listener, Sample
 from ramsight.deploy.encoder.liveness import Liveness
 from ramsight.deploy.encoder.objects import COMMUNICATION, ENTRIES, FORGET, LEAST, MOST, NO_TEMPERATURE, RUNNING, STORED
-from ramsight.deploy.encoder.parameters import ParameterFile
-from ramsight.deploy.encoder.pdo import pdo_identifiers
-from ramsight.deploy.encoder.presence import Presence
-from ramsight.deploy.encoder.published import Published
-from ramsight.deploy.encoder.saving import Saving
-from ramsight.deploy.encoder.scale import BY_6005, DOWNWARDS, Scale, counted, whole
-from ramsight.deploy.encoder.schedule import HEARTBEAT, PDOS, Schedule
-from ramsight.deploy.encoder.second_node import PERIOD, SecondNode
+from ramsight.deploy.encoder.parameters import ALL, ParameterFile, Stored
+from ramsight.deploy.encoder.saving import Persistence, Saving
+from ramsight.deploy.encoder.scale import BY_6005, DOWNWARDS, Published, Scale, counted, whole
+from ramsight.deploy.encoder.schedule import HEARTBEAT, PDOS, Schedule, pdo_identifiers
+from ramsight.deploy.encoder.second_node import PERIOD, Presence, SecondNode
 from ramsight.deploy.encoder.server import (
     BY_STATE,
     INVALID,
@@ -34,8 +30,6 @@ from ramsight.deploy.encoder.server import (
     Node,
     refuse,
 )
-from ramsight.deploy.encoder.state_on_disk import Persistence
-from ramsight.deploy.encoder.stored import ALL, Stored
 from ramsight.deploy.encoder.weighings import Weighings
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit

@@ -1,4 +1,4 @@
-"""What the drive's frames say: process data by a channel map, put together to whole samples."""
+"""What the drive's frames say, by a channel map: whole samples, and what of them tells whether they are alive."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ramsight.control.repeats import repeats_in_a_row
 from ramsight.deploy.encoder.frame import EXTENDED, Frame
-from ramsight.deploy.encoder.liveness import Report
+from ramsight.deploy.encoder.liveness import LATE, USUAL_PERIOD, Report
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs.align import Samples, Switch
 from ramsight.logs.can_field import Field
@@ -323,3 +324,50 @@ def _fields(channel_map: ChannelMap) -> dict[int, list[Field]]:
         key = cob_id | (EXTENDED if cob_id > 0x7FF else 0)
         fields.setdefault(key, []).extend(replace(one) for one in of)
     return fields
+
+
+Witness = tuple[str, bool, str]
+"""What it is called, whether the bus has it, and what it tells or what is missing."""
+
+
+def witnesses(channel_map: ChannelMap) -> list[Witness]:
+    """What tells, and what the bus lacks.
+
+    Raises:
+        DescriptionError: the map is none of CAN frames.
+
+    Example:
+        >>> from ramsight.deploy.encoder.listening import drive_map
+        >>> [(name, there) for name, there, _ in witnesses(drive_map(5, rated_torque=80.0))]
+        [('sequence', False), ('noise', False), ('state', False), ('heartbeat', False)]
+    """
+    listener = Listener(channel_map)
+    found = {"sequence": _sequence(listener), "noise": _noise(listener), "state": _state(listener)}
+    return [*((name, there, words) for name, (there, words) in found.items()), _HEARTBEAT]
+
+
+_LONGEST = 1.0  # s; what takes longer tells nothing in time
+_HEARTBEAT = ("heartbeat", False, "no map states it: write the drive's node and its time into 1016h of the encoder")
+
+
+def _sequence(listener: Listener) -> tuple[bool, str]:
+    found = listener.sequence
+    if found is None:
+        return False, "[sequence] of the torque's frame, a counter, toggle bit or SYNC counter, tells late data"
+    tells = "frozen frames" if found.modulus <= 2.0 * LATE else f"frozen frames, and those {LATE:g} periods late"
+    return True, f"{found.channel} tells {tells}"
+
+
+def _noise(listener: Listener) -> tuple[bool, str]:
+    if not listener.noise:
+        return False, 'noise = "0.5 N m" of [torque], if it has noise, tells frozen frames'
+    enough = repeats_in_a_row(listener.noise, listener.torque_step or 1e-3 * listener.noise, USUAL_PERIOD)
+    if enough * USUAL_PERIOD > _LONGEST:
+        return False, f"{listener.noise:g} N m is too little to be seen in steps of {listener.torque_step:g} N m"
+    return True, f"{enough:g} equal torques in a row are frozen"
+
+
+def _state(listener: Listener) -> tuple[bool, str]:
+    if not listener.has_state:
+        return False, '[state] channel = "6041h" tells a drive that is not enabled'
+    return True, "6041h tells a drive that is not enabled"

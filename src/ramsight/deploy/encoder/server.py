@@ -6,9 +6,8 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from ramsight.deploy.encoder.eds import object_dictionary
 from ramsight.deploy.encoder.frame import Frame
-from ramsight.deploy.encoder.objects import BITS, ENTRIES
+from ramsight.deploy.encoder.objects import BITS, ENTRIES, object_dictionary
 from ramsight.optional import needing
 
 with needing("can"):

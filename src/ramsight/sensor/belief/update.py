@@ -17,9 +17,8 @@ from ramsight.plant.linkage.lever import Lever
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.bank import Bank
 from ramsight.sensor.belief.closed_volume import EventState, follow_event
-from ramsight.sensor.belief.link_angle import LinkState, read_angle
 from ramsight.sensor.belief.measurement import BY_PLACE, Measurement
-from ramsight.sensor.belief.position_reading import read_position
+from ramsight.sensor.belief.position_reading import LinkState, read_angle, read_position
 from ramsight.sensor.belief.renewal import Measured
 from ramsight.sensor.checks.drive_check import DriveChecks
 from ramsight.sensor.circuit.leakage import Leakage, creep, unfilled_std

@@ -30,13 +30,7 @@ import casadi as ca
 from ramsight.engine.typed_state import chosen, leaf, leaves, mapped
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, flag, negated
 from ramsight.sensor.inputs.sample import Sample, lasted
-from ramsight.sensor.thresholds import (
-    LIKELY_STDS,
-    MEMORY_TIME,
-    SHORTEST_STEP,
-    TINY,
-    USUAL_STDS,
-)
+from ramsight.sensor.thresholds import LIKELY_STDS, MEMORY_TIME, SHORTEST_STEP, TINY, USUAL_STDS
 
 KINDS = ("gain", "offset", "sign", "stuck", "other")
 """The hypotheses, in the order of their probabilities."""

@@ -1,4 +1,10 @@
-"""How much warmer the oil in the pumps' gaps is than the tank's thermometer, by what the pumps lose.
+"""How fast the oil of the tank warms up, and how much warmer it is in the gaps of the pumps.
+
+Trapped oil expands as it warms up. The thermometer has noise and steps, so it is smoothed by a first-order filter whose
+time constant grows with its age up to 20 s. The rate is the filter's own change over the sample, so that the sum of the
+rates is the change of the smoothed temperature exactly.
+
+The gaps are warmer by what the pumps lose:
 
     C_c dD/dt = P - G_ct D - C_c dT_t/dt,    D = T_c - T_t
 
@@ -19,7 +25,24 @@ from ramsight.expression import Scalar, within
 from ramsight.plant.heat import HeatStores
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.inputs.sample import Sample
-from ramsight.sensor.thresholds import CASE_WARMER_MOST
+from ramsight.sensor.thresholds import CASE_WARMER_MOST, SHORTEST_STEP, SMOOTHING_TIME
+
+
+@dataclass(frozen=True, kw_only=True)
+class WarmingState:
+    """The smoothed thermometer."""
+
+    temperature: Scalar = leaf("K")  # smoothed [K]
+    age: Scalar = leaf("s")  # of the filter [s]
+
+
+def warming_rate(state: WarmingState, sample: Sample) -> tuple[WarmingState, Scalar]:
+    """Rate of the smoothed temperature [K/s]."""
+    dt = sample.elapsed
+    before = ca.if_else(state.age > 0.0, state.temperature, sample.oil_temperature)
+    change = dt / (ca.fmin(state.age, SMOOTHING_TIME) + dt + SHORTEST_STEP) * (sample.oil_temperature - before)
+    rate = ca.if_else(dt > 0.0, change / ca.fmax(dt, SHORTEST_STEP), 0.0)
+    return WarmingState(temperature=before + change, age=state.age + dt), rate
 
 
 @dataclass(frozen=True, kw_only=True)
