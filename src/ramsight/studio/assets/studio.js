@@ -297,7 +297,7 @@ window.studio = (() => {
     looked = now;
     if (wasBusy) beat();
     const is = laidOut && (cut || now - heard > SILENT), place = document.getElementById("gone");
-    document.body.classList.toggle("gone", is);
+    document.body?.classList.toggle("gone", is); // a busy page is looked at before it has one
     const words = is ? "The studio gives no answer: what is shown is old." : "";
     if (place && place.textContent !== words) place.textContent = words;
   }
