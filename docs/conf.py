@@ -80,6 +80,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"ramsight\.study\.datasheet\.sheet_requirement\..*"),
     ("py:.*", r"ramsight\.api\.live_sensor\.Sensor|ramsight\.tracking\.channel_tolerance\..*"),
     ("py:.*", r"ramsight\.deploy\.(profiles\.Profile|diagnostic_coverage\.(RatedFault|Coverage))"),
+    ("py:.*", r"Weigher|Broadcast|ramsight\.tool\.weigher\..*"),
     ("py:.*", r"Plan|ramsight\.study\.datasheet\.(study_plan|quantities|machine_tasks)\..*"),
 ]
 

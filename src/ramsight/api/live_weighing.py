@@ -131,7 +131,7 @@ class LiveWeighing:
 
     @property
     def total_std(self) -> float:
-        """Standard deviation of the total [kg]: what the scale leaves open is the same in all weighings."""
+        """Standard deviation of the total [kg], for which what the scale leaves open is the same in all weighings."""
         return self._live.tally.total.std(self.scale)
 
     @property
