@@ -14,16 +14,21 @@ from ramsight.studio.rig import Rig
 LEVER = {"up": 1.0, "down": -1.0, "still": 0.0}
 
 
+def moved(rig, *moves):
+    """Move a lever so for so long [s]."""
+    for lever, seconds in moves:
+        rig.levers["boom"] = LEVER[lever]
+        for _ in range(round(seconds / rig.period)):
+            rig.step()
+
+
 def played(*moves, lie=0.0):
     """A loader of which a lever was moved so for so long [s], and all that it has marked."""
     rig = Rig(machine.load_machine("mining-loader"))
     if lie:
         kept = rig.lifts.truth
         rig.lifts.truth = lambda time, mass: kept(time, mass + lie)
-    for lever, seconds in moves:
-        rig.levers["boom"] = LEVER[lever]
-        for _ in range(round(seconds / rig.period)):
-            rig.step()
+    moved(rig, *moves)
     return rig, [what for _, what, _ in rig.marks.taken()]
 
 
@@ -92,12 +97,7 @@ def test_without_a_kalman_sensor_or_power_nothing_is_weighed():
 def test_a_machine_that_begins_again_has_weighed_nothing(lifted):
     rig, _ = played(("still", 0.1))
     rig.begin(known=False)
-    rig.levers["boom"] = 1.0
-    for _ in range(250):
-        rig.step()
-    rig.levers["boom"] = 0.0
-    for _ in range(100):
-        rig.step()
+    moved(rig, ("up", 5.0), ("still", 2.0))
     (one,) = rig.lifts.shown["weighings"]
     assert not one["good"]
     assert one["quality"] == "position not known: visit an end stop, or give a reference"
@@ -112,12 +112,7 @@ def test_a_lift_that_no_truth_is_kept_of_is_shown_without_one(lifted):
     rig, _ = played(("still", 0.1))
     rig.lifts.truth = lambda time, mass: None
     rig.lifts._truth.clear()
-    rig.levers["boom"] = 1.0
-    for _ in range(250):
-        rig.step()
-    rig.levers["boom"] = 0.0
-    for _ in range(100):
-        rig.step()
+    moved(rig, ("up", 5.0), ("still", 2.0))
     (one,) = rig.lifts.shown["weighings"]
     assert one["true"] == [None, None]
     assert math.isfinite(one["mass"])

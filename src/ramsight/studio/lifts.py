@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
-from ramsight.api.live_weighing import LiveWeighing
+from ramsight.api.live_weighing import weigher_for
 from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.virtual_sensor import VirtualSensor
@@ -34,7 +34,7 @@ class Lifts:
     """
 
     def __init__(self, machine: Machine, period: float) -> None:
-        self._live = LiveWeighing(machine)
+        self._weigher = weigher_for(machine)
         self._has_chart = machine.linkage is not None and machine.linkage.load_chart is not None
         self._truth: deque[tuple[float, float]] = deque(maxlen=round(_LONGEST / period))
         self._rows: deque[dict[str, Any]] = deque(maxlen=_SHOWN)
@@ -45,7 +45,7 @@ class Lifts:
 
     def step(self, time: float, sensors: Mapping[str, VirtualSensor]) -> Weighing | None:
         """Take what sensors said of a sample [s]; the last weighing, where it is new or has become better."""
-        found = self._live.step(time, sensors)
+        found = self._weigher.step(time, sensors)
         if found is not None:
             self._enter(found)
         return found
@@ -68,11 +68,12 @@ class Lifts:
         `quality` and `good`, `share` and `share_half` of the rated load, `rated` the mass that may be lifted there,
         `status` with its `level`, and `direction`. None stands for what is unknown.
         """
-        live = self._live
+        tally = self._weigher.tally
+        total = tally.total
         return {
             "weighings": list(self._rows),
-            "total": _whole(live.total), "total_half": _whole(TWO_SIDED_95 * live.total_std),
-            "cycles": live.cycles, "count": len(live.weighings), "chart": self._has_chart,
+            "total": _whole(total.mass), "total_half": _whole(TWO_SIDED_95 * total.std(tally.scale)),
+            "cycles": total.cycles, "count": tally.count, "chart": self._has_chart,
         }  # fmt: skip
 
 

@@ -387,10 +387,10 @@ class Rig:
 
     def _weigh(self, time: float) -> None:
         """What the sensors of all units make of a lift; what is carried is kept beside them."""
-        sensors = {name: kinds["kalman"] for name, kinds in self.sensors.items() if "kalman" in self._last[name]}
         if self.lifts is None:
             return
         self.lifts.truth(time, self._load)
+        sensors = {name: kinds["kalman"] for name, kinds in self.sensors.items() if "kalman" in self._last[name]}
         if math.isnan(self._heard) or len(sensors) < len(self.sheet):
             return
         found = self.lifts.step(self._heard, sensors)
