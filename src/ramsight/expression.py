@@ -102,5 +102,18 @@ def within(value: Real, low: Real, high: Real) -> Scalar:
     return ca.fmin(ca.fmax(value, low), high)
 
 
+def replaced_where(condition: Condition, value: Real, other: Real) -> Scalar:
+    """Another finite number where a condition holds, as a sum: what leads to the value waits for other conditions.
+
+    A choice would make it the body of one branch, and what is in a branch has none of its own.
+
+    Example:
+        >>> [float(ca.DM(replaced_where(flag(one), 2.0, 49.0))) for one in (False, True)]
+        [2.0, 49.0]
+    """
+    replaced: Scalar = value + count(condition) * (other - value)
+    return replaced
+
+
 def _graph(condition: Condition) -> Flag:
     return flag(condition) if isinstance(condition, bool) else condition

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from ramsight.deploy.c_lines import C_TYPES, Fork, Line, Value
 
-LONGEST = 200
+LONGEST = 100
 """Statements of a function; beyond some hundred a compiler takes much more time for each, and a checker gives up."""
 
 

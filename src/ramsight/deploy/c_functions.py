@@ -15,6 +15,10 @@ from dataclasses import dataclass
 from ramsight.deploy.c_cut import Call, Case, Part, Piece
 from ramsight.deploy.c_lines import C_TYPES, Value
 
+MUCH = 4
+"""Functions: a case that needs as many waits for an event, as a contact is, and is compiled to be short. Less, such as
+what is said of a single hypothesis, is the case of many samples."""
+
 
 @dataclass(frozen=True)
 class Handed:
@@ -61,7 +65,8 @@ def functions(parts: Sequence[Part], values: Mapping[str, Value], handed: Mappin
 def _part(part: Part, values: Mapping[str, Value], places: Places, known: Mapping[str, Handed]) -> tuple[str, str, str]:
     """Text, declaration and call of a part."""
     texts, said, all_handed = list[str](), dict[str, str](), dict[str, str]()
-    rare = {one.piece.name for call in part.calls if isinstance(call, Case) for one in call.then}
+    cases = [call.then for call in part.calls if isinstance(call, Case)]
+    rare = {one.piece.name for then in cases if len(then) >= MUCH for one in then}
     for piece in part.pieces():
         body = "\n".join(_body(piece, values, places))
         handed = _handed(body, known)

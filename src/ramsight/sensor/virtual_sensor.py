@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ramsight.engine.recursion import Graph, Recursion, replay
 from ramsight.engine.typed_state import Leaf, column, initial_values, leaves
 from ramsight.errors import LogError, RamsightError
-from ramsight.expression import Flag, Real, Scalar
+from ramsight.expression import Flag, Real, Scalar, all_of, negated, replaced_where
 from ramsight.logs.channels import is_command
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.inputs.sample import INPUTS, REPORTED, Raw
@@ -132,11 +132,9 @@ class Report:
     @property
     def _status(self) -> Scalar:
         """Without numbers there is no position, whatever the reason; a comparison with not-a-number is false."""
-        status = self.status
-        for value in (self.position, self.std, self.velocity, self.load):
-            if not isinstance(value, float):
-                status = ca.if_else(ca.fabs(value) < NUMBER_LIMIT, status, float(Status.STATE_INVALID))
-        return status
+        said = (self.position, self.std, self.velocity, self.load)
+        numbers = [ca.fabs(value) < NUMBER_LIMIT for value in said if not isinstance(value, float)]
+        return replaced_where(negated(all_of(*numbers)), self.status, float(Status.STATE_INVALID))
 
 
 def close(
@@ -338,8 +336,8 @@ class VirtualSensor:
     @property
     def estimate(self) -> Estimate:
         """What it has said last."""
-        position, std, velocity, load, status = self._says[:5]
-        return Estimate(float(position), float(std), float(velocity), float(load), Status(int(status)))
+        position, std, velocity, load, status = self._says[: len(OUTPUTS)].tolist()
+        return Estimate(position, std, velocity, load, Status(int(status)))
 
     def says(self, output: str) -> float:
         """An output after the last sample, by its name [SI]; NaN before the first one, and of one that it has not."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
 
@@ -164,9 +164,11 @@ class Mixture:
             width: factor of the filters' standard deviations [1].
             others: variance of the position by what no hypothesis follows [m2].
         """
-        found = scalar(0.0)
-        for p, h, std in zip(self._stated(), self.hypotheses, self._deviations(width, others), strict=True):
-            found = found + p * reach.beyond(h, ca.fmax(std, TINY), limit)
+        found, deviations = scalar(0.0), self._deviations(width, others)
+        each = zip(self._stated(), self.hypotheses, deviations, self._bounds(deviations), strict=True)
+        for p, h, std, furthest in each:  # who has no part in a bound beyond the limit adds less than `RISK`
+            beyond = p * reach.beyond(h, ca.fmax(std, TINY), limit)
+            found = found + ca.if_else(furthest > limit, beyond, 0.0)
         return found
 
     def bound(self, width: Scalar, others: Scalar) -> Scalar:
@@ -181,12 +183,14 @@ class Mixture:
             width: factor of the filters' standard deviations [1].
             others: variance of the position by what no hypothesis follows [m2].
         """
-        wide = scalar(0.0)
-        for p, h, std in zip(self._stated(), self.hypotheses, self._deviations(width, others), strict=True):
+        return reduce(ca.fmax, self._bounds(self._deviations(width, others)), scalar(0.0))
+
+    def _bounds(self, deviations: Sequence[Scalar]) -> Iterator[Scalar]:
+        """The part of each hypothesis in a bound, for these standard deviations of the position [m]."""
+        for p, h, std in zip(self._stated(), self.hypotheses, deviations, strict=True):
             over = ca.log(ca.fmax(p / RISK, 1.0))
             reach = ca.fabs(h.mean[Quantity.POSITION]) + ca.sqrt(2.0 * over) * std
-            wide = ca.fmax(wide, ca.if_else(over > 0.0, reach, 0.0))
-        return wide
+            yield ca.if_else(over > 0.0, reach, 0.0)
 
     def std(self, row: Row) -> Scalar:
         """Standard deviation, under the likeliest, of something with these derivatives."""

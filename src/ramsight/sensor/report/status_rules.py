@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from ramsight.engine.typed_state import leaf
-from ramsight.expression import Flag, Real, Scalar, all_of, any_of, negated, never, scalar
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, negated, never, replaced_where, scalar
 from ramsight.machine.assumption_description import AssumedIntegrity
 from ramsight.sensor.belief.update import Prediction, Updated
 from ramsight.sensor.circuit.load_step import LoadStep
@@ -85,7 +85,7 @@ def first_of(conditions: Mapping[Status, Flag], *, without: Collection[Status] =
     code = scalar(float(Status.OK))
     for one in DETECTORS:
         if one.status not in without and not never(conditions[one.status]):
-            code = ca.if_else(conditions[one.status], float(one.status), code)
+            code = replaced_where(conditions[one.status], code, float(one.status))
     return code
 
 
