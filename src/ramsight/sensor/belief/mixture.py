@@ -112,8 +112,17 @@ class Mixture:
         """
         weights = self.probabilities
         weights[-1] = weights[-1] * within(weights[-1] / OUTSIDE - 1.0, 0.0, 1.0)
-        weighed = (w * reach.second_moment(h) for w, h in zip(weights, self.hypotheses, strict=True))
+        reaches = self._reaches(reach)
+        weighed = (w * own.second_moment(h) for w, h, own in zip(weights, self.hypotheses, reaches, strict=True))
         return sum(weighed)  # type: ignore[return-value]  # of at least one
+
+    def _reaches(self, reach: Reach) -> list[Reach]:
+        """Where the piston can be under each, by the way of the nominal position.
+
+        Under *unknown position* the machine is another one as well, and so is the way, by as much as its place.
+        """
+        *others, unknown = self.hypotheses
+        return [*(reach for _ in others), reach.wider(ca.fabs(unknown.mean[Quantity.POSITION]))]
 
     def _deviations(self, width: Scalar, others: Scalar) -> list[Scalar]:
         """Standard deviation of the position under each, with what no hypothesis follows [m]."""
@@ -145,13 +154,14 @@ class Mixture:
         """
         deviations, largest = self._deviations(width, others), largest_weight(self.hypotheses)
         below = above = TWO_SIDED_95 * of_likeliest(self.hypotheses, deviations)
-        for p, h, std in zip(self._stated(), self.hypotheses, deviations, strict=True):
+        each = zip(self._stated(), self.hypotheses, deviations, self._reaches(reach), strict=True)
+        for p, h, std, own in each:
             share, off = OTHERWISE / ca.fmax(p, OTHERWISE), h.mean[Quantity.POSITION]
             # Beside the likeliest one side of it counts, about the same position both do.
             beside, about = ca.fabs(off) + upper_quantile(share) * std, two_sided_quantile(share) * std
             far, near = ca.fmax(beside, about), about - ca.fabs(off)
             counts = all_of(h.log_weight < largest, p > OTHERWISE)
-            down, up = reach.clipped(ca.if_else(off < 0.0, far, near), ca.if_else(off < 0.0, near, far))
+            down, up = own.clipped(ca.if_else(off < 0.0, far, near), ca.if_else(off < 0.0, near, far))
             below = ca.fmax(below, ca.if_else(counts, down, 0.0))
             above = ca.fmax(above, ca.if_else(counts, up, 0.0))
         return below, above
@@ -165,9 +175,10 @@ class Mixture:
             others: variance of the position by what no hypothesis follows [m2].
         """
         found, deviations = scalar(0.0), self._deviations(width, others)
-        each = zip(self._stated(), self.hypotheses, deviations, self._bounds(deviations), strict=True)
-        for p, h, std, furthest in each:  # who has no part in a bound beyond the limit adds less than `RISK`
-            beyond = p * reach.beyond(h, ca.fmax(std, TINY), limit)
+        bounds, reaches = self._bounds(deviations), self._reaches(reach)
+        each = zip(self._stated(), self.hypotheses, deviations, bounds, reaches, strict=True)
+        for p, h, std, furthest, own in each:  # who has no part in a bound beyond the limit adds less than `RISK`
+            beyond = p * own.beyond(h, ca.fmax(std, TINY), limit)
             found = found + ca.if_else(furthest > limit, beyond, 0.0)
         return found
 

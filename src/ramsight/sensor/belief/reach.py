@@ -46,6 +46,10 @@ class Reach:
         anywhere = (low**2 + low * high + high**2) / 3.0 + self.std**2
         return ca.fmin(h.position_variance + h.mean[Quantity.POSITION] ** 2, anywhere)
 
+    def wider(self, by: Scalar) -> Reach:
+        """If the way may be longer or shorter by so much [m]."""
+        return Reach(self.lowest - by, self.highest + by, self.std)
+
     def widened(self, up: Flag, by: Scalar) -> Reach:
         """As it was before the piston went further by so much, up or down [m]."""
         lower, higher = ca.if_else(up, 0.0, by), ca.if_else(up, by, 0.0)
