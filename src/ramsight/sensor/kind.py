@@ -39,6 +39,8 @@ _WORDS = {
     Kind.TOP: "the extended end is met elsewhere",
     Kind.UNKNOWN_POSITION: "the position is unknown",
 }
+ANOTHER_MACHINE = (Kind.LEAKS, Kind.UNKNOWN_POSITION)
+"""Those under which the ends are where they are described, and the machine is another one."""
 KINDS = tuple(Kind)
 """All of them; a smaller sensor has the first, the last, and some between."""
 

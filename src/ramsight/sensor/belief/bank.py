@@ -33,7 +33,7 @@ from ramsight.sensor.belief.reach import Reach
 from ramsight.sensor.belief.renewal import Measured, Placed, renewal, unknown_begun
 from ramsight.sensor.contacts.contact_state import Hold
 from ramsight.sensor.contacts.press import odds_of_obstacle
-from ramsight.sensor.kind import Kind
+from ramsight.sensor.kind import ANOTHER_MACHINE, Kind
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.thresholds import (
@@ -200,7 +200,8 @@ class Bank:
         below, above = self.state.below, self.state.above
         softness, here = END_GIVES * self.model.stroke, self.together.std({Quantity.POSITION: 1.0})
         std = ca.sqrt(ca.fmax(self.state.extent_std, here) ** 2 + softness**2)
-        return Reach(below - self.position, self.model.stroke - above - self.position, std)
+        otherwise = [k for k, kind in enumerate(self.model.kinds) if kind in ANOTHER_MACHINE]
+        return Reach(below - self.position, self.model.stroke - above - self.position, std, otherwise)
 
     @property
     def _slack(self) -> Scalar:

@@ -112,17 +112,9 @@ class Mixture:
         """
         weights = self.probabilities
         weights[-1] = weights[-1] * within(weights[-1] / OUTSIDE - 1.0, 0.0, 1.0)
-        reaches = self._reaches(reach)
+        reaches = reach.under(self.hypotheses)
         weighed = (w * own.second_moment(h) for w, h, own in zip(weights, self.hypotheses, reaches, strict=True))
         return sum(weighed)  # type: ignore[return-value]  # of at least one
-
-    def _reaches(self, reach: Reach) -> list[Reach]:
-        """Where the piston can be under each, by the way of the nominal position.
-
-        Under *unknown position* the machine is another one as well, and so is the way, by as much as its place.
-        """
-        *others, unknown = self.hypotheses
-        return [*(reach for _ in others), reach.wider(ca.fabs(unknown.mean[Quantity.POSITION]))]
 
     def _deviations(self, width: Scalar, others: Scalar) -> list[Scalar]:
         """Standard deviation of the position under each, with what no hypothesis follows [m]."""
@@ -154,7 +146,7 @@ class Mixture:
         """
         deviations, largest = self._deviations(width, others), largest_weight(self.hypotheses)
         below = above = TWO_SIDED_95 * of_likeliest(self.hypotheses, deviations)
-        each = zip(self._stated(), self.hypotheses, deviations, self._reaches(reach), strict=True)
+        each = zip(self._stated(), self.hypotheses, deviations, reach.under(self.hypotheses), strict=True)
         for p, h, std, own in each:
             share, off = OTHERWISE / ca.fmax(p, OTHERWISE), h.mean[Quantity.POSITION]
             # Beside the likeliest one side of it counts, about the same position both do.
@@ -175,7 +167,7 @@ class Mixture:
             others: variance of the position by what no hypothesis follows [m2].
         """
         found, deviations = scalar(0.0), self._deviations(width, others)
-        bounds, reaches = self._bounds(deviations), self._reaches(reach)
+        bounds, reaches = self._bounds(deviations), reach.under(self.hypotheses)
         each = zip(self._stated(), self.hypotheses, deviations, bounds, reaches, strict=True)
         for p, h, std, furthest, own in each:  # who has no part in a bound beyond the limit adds less than `RISK`
             beyond = p * own.beyond(h, ca.fmax(std, TINY), limit)

@@ -11,7 +11,8 @@ weighs it, and what is said of its position is that of a normal distribution whi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import casadi as ca
 
@@ -31,6 +32,7 @@ class Reach:
     lowest: Scalar
     highest: Scalar
     std: Scalar  # standard deviation of both [m]
+    otherwise: Collection[int] = ()  # places of the hypotheses under which the machine goes another way
 
     def clipped(self, below: Scalar, above: Scalar) -> tuple[Scalar, Scalar]:
         """How far below and above the nominal position it is at most, where these are the limits of a band [m]."""
@@ -46,14 +48,18 @@ class Reach:
         anywhere = (low**2 + low * high + high**2) / 3.0 + self.std**2
         return ca.fmin(h.position_variance + h.mean[Quantity.POSITION] ** 2, anywhere)
 
-    def wider(self, by: Scalar) -> Reach:
-        """If the way may be longer or shorter by so much [m]."""
-        return Reach(self.lowest - by, self.highest + by, self.std)
+    def under(self, hypotheses: Sequence[Hypothesis]) -> list[Reach]:
+        """The same under each hypothesis: the way of another machine is another one, by as much as its place is off."""
+        places = [ca.fabs(h.mean[Quantity.POSITION]) for h in hypotheses]
+        return [
+            replace(self, lowest=self.lowest - off, highest=self.highest + off) if k in self.otherwise else self
+            for k, off in enumerate(places)
+        ]
 
     def widened(self, up: Flag, by: Scalar) -> Reach:
         """As it was before the piston went further by so much, up or down [m]."""
         lower, higher = ca.if_else(up, 0.0, by), ca.if_else(up, by, 0.0)
-        return Reach(self.lowest - lower, self.highest + higher, self.std)
+        return replace(self, lowest=self.lowest - lower, highest=self.highest + higher)
 
     def share(self, h: Hypothesis) -> Scalar:
         """Probability that the piston is within it under a hypothesis, and that the cylinder is as long as the way.
