@@ -10,6 +10,7 @@ from scipy.stats import norm
 from ramsight.expression import scalar
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.belief.mixture import Mixture
 from ramsight.sensor.belief.reach import Reach
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.quantity import Quantity
@@ -100,3 +101,26 @@ def test_the_first_contact_after_an_entered_start_corrects_the_start_as_well():
     known = 2e-6 + (0.05 * machine.leak) ** 2 + (stops.std * STROKE) ** 2
     start = stops.entered * (stops.elsewhere * STROKE) ** 2
     assert taught[0] / taught[1] == pytest.approx(known / (known + start), rel=0.05)
+
+
+@pytest.mark.parametrize("off", [0.04, -0.04])
+def test_under_another_machine_the_way_limits_the_place_less_by_as_much_as_that_is_off(off):
+    """The band holds where the piston is if its position is unknown; an end that is elsewhere makes no way longer."""
+    limits, another = {}, (Kind.LEAKS, Kind.UNKNOWN_POSITION)
+    for kind in KINDS:
+        begun = bank(below=0.35, above=0.35)
+        each = list(begun.hypotheses)
+        place = KINDS.index(kind)
+        each[place] = each[place].shifted(off).with_log_weight(each[0].log_weight - 0.5)
+        begun = begun.with_hypotheses(each)
+        begun = replace(begun, together=Mixture.of(each, scalar(0.0)))
+        sides = begun.together.band(scalar(1.0), scalar(0.0), begun.reach)
+        limits[kind] = value(sides[0 if off < 0.0 else 1])
+        reach = begun.reach.under(each)[place]
+        beyond = value(begun.together.beyond(scalar(0.03), scalar(1.0), scalar(0.0), begun.reach))
+        assert (beyond > 0.1) == (kind in another), kind
+        assert value(reach.highest) == pytest.approx(abs(off) if kind in another else 0.0, abs=1e-9)
+    slack = value(bank(below=0.35, above=0.35).reach.std) * TWO_SIDED_95
+    for kind in KINDS[1:]:
+        assert (limits[kind] > abs(off)) == (kind in another), kind
+        assert kind in another or limits[kind] == pytest.approx(slack, rel=0.01)
