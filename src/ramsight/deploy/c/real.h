@@ -18,5 +18,6 @@ typedef double wide;
 #define ABS fabs
 #define SIN sin
 #define COS cos
+#define ATAN2 atan2
 #define FLOOR floor
 #define CEIL ceil
