@@ -56,8 +56,9 @@ class Weighed:
         ]  # fmt: skip
         terms = zip(TERMS, self.scale.value, self.scale.std, strict=True)
         learned = {name: {"value": value, "std": std} for name, value, std in terms}
+        covariance = self.scale.covariance[np.triu_indices(len(TERMS))].tolist()  # as C and FMUs take it
         return {
-            "weighings": rows, "scale": {**learned, "masses": self.scale.masses},
+            "weighings": rows, "scale": {**learned, "covariance": covariance, "masses": self.scale.masses},
             "total": self.total, "total_std": self.total_std, "cycles": self.cycles,
         }  # fmt: skip
 

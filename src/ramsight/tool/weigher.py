@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ramsight.arrays import Array
 from ramsight.engine.recursion import Live, replay
 from ramsight.engine.typed_state import initial_values
 from ramsight.normal import TWO_SIDED_95
@@ -35,19 +36,22 @@ def lifts(scene: Scene, track: Signals) -> list[Plain]:
     Args:
         track: of the unit that lifts, with position, velocity, load, load_std, load_age and status.
     """
-    time = track["time"].values
-    if len(time) == 0:
-        return []
-    law, rods = law_of(scene), scene.others.rods(scene.machine, scene.unit, track)
-    parts = [(rods.position[:, k], rods.velocity[:, k], rods.std[:, k]) for k in range(len(law.units))]
-    own = [track[name].values for name in ("load", "load_std", "load_age")]
-    rows = np.column_stack([column for part in parts for column in part] + [time, *own])
-    rows = np.concatenate([rows, [_rest(law, time[-1])]])
+    law, rows = law_of(scene), rows_of(scene, track)
     state, found = initial_values(law.initial), []
     for first in range(0, len(rows), _AT_ONCE):
         said = replay(law.recursion, rows[first : first + _AT_ONCE], np.array([scene.inclination]), state)
         found += [plain_of(law, row) for row in said[said[:, 0] > 0.0].tolist()]
     return found
+
+
+def rows_of(scene: Scene, track: Signals) -> Array:
+    """The inputs of the recursion, shape (samples, inputs), and at last a sample at which nothing moves any more."""
+    time, law = track["time"].values, law_of(scene)
+    rods = scene.others.rods(scene.machine, scene.unit, track)
+    parts = [(rods.position[:, k], rods.velocity[:, k], rods.std[:, k]) for k in range(len(law.units))]
+    own = [track[name].values for name in ("load", "load_std", "load_age")]
+    rows = np.column_stack([column for part in parts for column in part] + [time, *own])
+    return np.concatenate([rows, [_rest(law, float(time[-1]))]]) if len(time) else rows
 
 
 def _rest(law: LiftLaw, time: float) -> list[float]:

@@ -9,7 +9,7 @@ typedef double wide;
 #else
 #define RESTRICT
 #endif
-#define R(x) (x)
+#define R(x) ((real)(x))
 #define SQRT sqrt
 #define EXP exp
 #define LOG log
