@@ -20,6 +20,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.linked import build_linked
 from ramsight.sensor.status import LEAST
 from ramsight.tool.force_scale import TERMS, Scale, described_scale
+from ramsight.tool.lift_law import CalledLift, called_lift
 from ramsight.tool.load_chart import LoadChart
 from ramsight.tool.tally_law import tally_law
 from ramsight.tool.unit_tracks import Others
@@ -60,7 +61,9 @@ def weighing_source(scene: Scene, prefix: str, machine: str, scale: Scale | None
     Args:
         scale: that it begins with; by default the description's.
     """
-    law, tally = law_of(scene), tally_law(len(scene.other_strokes) + 1)
+    unit = scene.machine.unit(scene.unit)
+    law, called = law_of(scene), called_lift(scene.machine.mechanism, unit, scene.chart)
+    tally = tally_law(len(scene.other_strokes) + 1)
     lift, count = law.recursion, tally.recursion
     settings = settings_of(scale_of(scene, scale), scene.other_strokes, scene.rated)
     others = [one for one in law.units if one != scene.unit]
@@ -85,7 +88,10 @@ def weighing_source(scene: Scene, prefix: str, machine: str, scale: Scale | None
         "weighing.c",
         real=template("real.h"),
         half=literal(TWO_SIDED_95),
-        lift=array_function("lift", _step(lift, "lift"), PLAIN),
+        lift="\n\n".join(array_function(f.name(), f, PLAIN) for f in _pieces(called)),
+        points=(called.rests + called.moments) * (len(law.units) + 1),
+        found=2 * (called.rests + called.moments),
+        lookups=_lookups(called, len(law.units) + 1),
         tally=array_function("tally", _step(count, "tally"), PLAIN),
         lift_initial=", ".join(map(literal, initial_values(law.initial).tolist())),
         tally_initial=", ".join(map(literal, initial_values(tally.initial).tolist())),
@@ -126,6 +132,20 @@ def _step(recursion: Recursion, name: str) -> ca.Function:
     both = ca.densify(ca.vertcat(of.next_state, of.output))
     new, out = ca.vertsplit(both, [0, len(recursion.state), both.numel()])
     return ca.Function(name, [of.x, of.u, of.p], [new, out], ["x", "u", "p"], ["x_new", "out"], {"cse": True})
+
+
+def _pieces(called: CalledLift) -> list[ca.Function]:
+    """The functions of a lift, those that are called first."""
+    return [called.where, called.at_rest, *([] if called.moment is None else [called.moment]), called.advance]
+
+
+def _lookups(called: CalledLift, size: int) -> str:
+    """Loops that ask the mechanism's laws at all points, each of so many numbers."""
+    lines = [f"for (int k = 0; k < {called.rests}; k++) at_rest(points + {size} * k, found + 2 * k);"]
+    if called.moments:
+        at = f"points + {size} * ({called.rests} + k), found + 2 * ({called.rests} + k)"
+        lines.append(f"for (int k = 0; k < {called.moments}; k++) moment({at});")
+    return indented(lines, 4)
 
 
 def _inputs(units: tuple[str, ...], lifts: str) -> list[str]:

@@ -44,8 +44,13 @@ void ${p}_weighing_sense(${p}_weighing_inputs *at, const ${p}_inputs *in, const 
 
 int ${p}_weighing_step(${p}_weighing *w, const ${p}_weighing_inputs *at) {
   const double u[] = {${row}};
+  double complete[1], points[${points}], found[${found}] = {0.0}; /* where a block ends, the mechanism's laws are asked */
+  where(w->lift, u, &w->inclination, complete, points);
+  if (complete[0] > 0.0) {
+${lookups}
+  }
   double next[${lifts}], ended[${ended}];
-  lift(w->lift, u, &w->inclination, next, ended);
+  lift(w->lift, u, &w->inclination, found, next, ended);
   memcpy(w->lift, next, sizeof next);
   if (!(ended[0] > 0.0)) return 0;
   double after[${tallies}], said[${said}];
