@@ -120,7 +120,7 @@ def test_where_in_a_level_bucket_the_load_is_the_bucket_s_cylinder_alone_feels()
 # Windows
 
 
-def lifts_of(time, speed, *, shown=True, mass=4000.0, moving=True):
+def lifts_of(time, speed, *, shown=True, mass=4000.0, moving=True, extra=0.0):
     """Lifts of a rod that goes as it is asked to, and carries a mass; by the force balance of every sample."""
     speed = np.column_stack([speed, np.zeros(len(time))])
     step = np.gradient(time)[:, None]
@@ -129,7 +129,7 @@ def lifts_of(time, speed, *, shown=True, mass=4000.0, moving=True):
     bodies = found.bodies + moving * found.bodies_moving
     payload = found.payload + moving * found.payload_moving
     known = {
-        "time": time, "position": at[:, 0], "velocity": speed[:, 0], "load": bodies + mass * payload,
+        "time": time, "position": at[:, 0], "velocity": speed[:, 0], "load": bodies + mass * payload + extra,
         "position_std": np.full(len(time), 1e-3), "load_std": np.full(len(time), 1e3),
         "load_age": np.full(len(time), 0.0 if shown else 1.0), "status": np.zeros(len(time)),
     }  # fmt: skip
@@ -179,6 +179,52 @@ def test_what_acceleration_adds_is_allowed_for():
     assert one.mass == pytest.approx(4000.0, abs=1.0)
     assert other.mass < 3990.0
     assert one.quality is Quality.TOO_FAST
+
+
+def test_a_rod_that_turns_back_at_once_makes_two_lifts():
+    time = np.arange(0.0, 9.0, 0.02)
+    up, down = lifts_of(time, np.where(time < 4.5, 0.03, -0.03))
+    assert (up.upwards, down.upwards) == (True, False)
+
+
+def test_a_speed_that_trembles_is_not_steady():
+    """The speed varies by less than a tenth, and its acceleration takes more than a hundredth of the force."""
+    time = np.arange(0.0, 7.0, 0.02)
+    for share, quality in ((0.12, Quality.TOO_FAST), (0.01, Quality.GOOD)):
+        (one,) = lifts_of(time, 0.04 * (1.0 + share * np.sin(2.0 * np.pi * 1.5 * time)))
+        assert one.quality is quality
+        assert one.mass == pytest.approx(4000.0, abs=15.0), "it is allowed for, all the same"
+
+
+@pytest.mark.parametrize("lasts", np.arange(5.0, 5.12, 0.02))
+def test_the_last_0_4_s_are_not_weighed(lasts):
+    time = np.arange(0.0, 7.0, 0.02)
+    moves = time < lasts
+    late = moves & (time > time[moves][-1] - 0.39)
+    (one,) = lifts_of(time, np.where(moves, 0.03, 0.0), extra=np.where(late, 50e3, 0.0))
+    assert one.mass == pytest.approx(4000.0, abs=1.0)
+
+
+def test_noise_is_no_change_and_makes_a_mass_less_sure():
+    time = np.arange(0.0, 9.0, 0.02)
+    noise = np.random.default_rng(3).standard_normal(len(time))
+    stds = []
+    for size in (0.0, 12e3):
+        (one,) = lifts_of(time, np.full(len(time), 0.03), extra=size * noise)
+        assert one.quality is Quality.GOOD
+        stds.append(one.own_std)
+    assert stds[1] > stds[0] + 1.0
+
+
+def test_what_falls_at_the_end_of_a_window_is_seen_in_the_half_second_that_it_has_begun():
+    """So little that a half second with as much of either is no change."""
+    found = set()
+    for lasts in np.arange(6.0, 6.5, 0.1):
+        time = np.arange(0.0, 8.0, 0.02)
+        mass = np.where(time < lasts - 0.75, 4000.0, 3740.0)
+        (one,) = lifts_of(time, np.where(time < lasts, 0.03, 0.0), mass=mass)
+        found.add(one.quality)
+    assert found == {Quality.GOOD, Quality.SPILLED}
 
 
 def test_a_change_within_a_lift_is_one_step_down_or_something_else():
