@@ -136,6 +136,16 @@ def test_a_clock_that_goes_back_and_comes_again_is_one_clock():
     assert again.tally.last.mass == plain.tally.last.mass
 
 
+def test_a_clock_that_begins_again_ends_a_motion_and_goes_on():
+    live = weigher_for("mining-loader", at={"bucket": "250 mm"})
+    for start in (5000.0, 0.0):
+        for time, one in list(motion(5.0, start))[: 250 if start else None]:
+            live.step(time, {"boom": one})
+    assert live.tally.count == 2
+    assert live.tally.last.duration == pytest.approx(3.7, abs=0.1)
+    assert live.tally.last.time == pytest.approx(2.7, abs=0.1)
+
+
 def test_a_position_whose_band_leads_out_of_the_mechanism_is_not_known():
     live = weigher_for("mining-loader", at={"bucket": "250 mm"})
     for time, one in motion(5.0, position_std=0.5):

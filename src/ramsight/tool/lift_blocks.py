@@ -13,7 +13,7 @@ import casadi as ca
 
 from ramsight.engine.typed_state import chosen, inlined, leaf, mapped
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, negated
-from ramsight.tool.weighing_limits import BRIDGED, LARGEST, SUMMED
+from ramsight.tool.weighing_limits import BRIDGED, CLOCK_BACK, LARGEST, SUMMED
 
 WAITING = 4
 """Blocks of a line that are newer than the one that leaves it: `SLOWS` of them."""
@@ -112,12 +112,13 @@ def summed(state: Blocks, sample: Sample, unit: str, slowest: float, lift_sign: 
         lift_sign: +1 where extension lifts, -1 where retraction does.
     """
     before, time = state.motion, sample.time
-    is_new, since = time > before.latest, time - before.latest
+    since = time - before.latest
+    is_new = any_of(since > 0.0, since < -CLOCK_BACK)
     lifting = lift_sign * sample.rods[unit].velocity
-    moves = all_of(is_new, since <= BRIDGED + _ROUNDING, sample.load_age <= 0.0, ca.fabs(lifting) > slowest)
+    moves = all_of(since > 0.0, since <= BRIDGED + _ROUNDING, sample.load_age <= 0.0, ca.fabs(lifting) > slowest)
     side = ca.if_else(moves, ca.if_else(lifting > 0.0, 1.0, -1.0), 0.0)
     goes = before.direction != 0.0
-    paused = any_of(since > BRIDGED + _ROUNDING, time - before.moved > BRIDGED + _ROUNDING)
+    paused = any_of(since < 0.0, since > BRIDGED + _ROUNDING, time - before.moved > BRIDGED + _ROUNDING)
     ends = all_of(is_new, goes, any_of(paused, side == -before.direction))
     begins = all_of(moves, any_of(negated(goes), ends))
     inside = all_of(is_new, any_of(begins, all_of(goes, negated(ends))))

@@ -19,10 +19,11 @@ from ramsight.tool.lift_law import ENDED, LiftLaw, lift_law
 from ramsight.tool.lift_values import QUALITIES
 from ramsight.tool.unit_tracks import standing
 from ramsight.tool.weighing_events import Moment, Plain, Scene, Weighing
+from ramsight.tool.weighing_limits import CLOCK_BACK
 from ramsight.tool.weighing_tally import Tally
 
 _AT_ONCE = 100_000  # samples whose outputs are kept at a time
-_REST = 1.0  # s after the last sample, when a motion that has not ended does
+_REST = 0.2  # s after the last sample, when a motion that has not ended does: longer than a pause of a lift
 
 
 def law_of(scene: Scene) -> LiftLaw:
@@ -97,7 +98,8 @@ class Weigher:
         Returns:
             The last weighing, where it is new or has become better.
         """
-        self._last = max(time, self._last)
+        if not -CLOCK_BACK <= time - self._last <= 0.0:
+            self._last = time
         own = sensors[self.scene.unit]
         rods: list[float] = []
         for name in self._law.units:

@@ -34,3 +34,4 @@ SUMMED = Constant(
     0.1, "s", "of samples whose sums are kept: acceleration is of the velocities of those before and after"
 )
 LARGEST = Constant(1e12, "1", "no quantity is larger: beyond it is what is not known")
+CLOCK_BACK = Constant(1.0, "s", "a clock that goes back by more has begun again; by less a sample came late")
