@@ -32,7 +32,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(find_compiler() is None, reas
 LOADER = machine.load_machine("mining-loader")
 FMI = (2, 3)
 KINDS = [(what, fmi) for what in ("sensor", "plant") for fmi in FMI]
-WRITTEN = [*KINDS, *(("compare", fmi) for fmi in FMI)]
+WRITTEN = [*KINDS, *((what, fmi) for what in ("compare", "weighing") for fmi in FMI)]
 
 
 @pytest.fixture(scope="module")
