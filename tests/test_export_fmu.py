@@ -13,6 +13,7 @@ from ramsight.cli import app
 from ramsight.deploy.compiler import STRICT, find_compiler, run
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden import faulty_day
+from ramsight.deploy.weighing_words import WeighedAs
 from ramsight.duty import simulate
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.errors import DescriptionError, OutputError
@@ -298,6 +299,8 @@ def test_outputs_before_initialization_are_not_known_and_say_so(instances, what,
                 assert value == Status.NOT_REFERENCED
             elif name == "verdict":
                 assert value == Verdict.UNCHECKED
+            elif name == "quality":
+                assert value == WeighedAs.NONE
             else:
                 assert np.isnan(value), name
         if not again:
