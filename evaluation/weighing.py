@@ -38,7 +38,8 @@ from ramsight.tool import weighing_limits as limit
 from ramsight.tool.force_scale import Scale, described_scale
 from ramsight.tool.load_chart import LoadChart, LoadStatus, RatedLoad
 from ramsight.tool.unit_tracks import Others, Rods
-from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing, lifts
+from ramsight.tool.weigher import lifts
+from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing
 from ramsight.tool.weighing_tally import Tally, weighed
 from ramsight.units import RPM
 

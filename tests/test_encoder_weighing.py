@@ -3,7 +3,6 @@
 import re
 import struct
 import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import cantools
@@ -223,18 +222,20 @@ def test_the_verb_of_a_unit_that_lifts_nothing_weighs_nothing(verb):
 # Time
 
 
-def test_a_lift_that_is_weighed_aside_leaves_the_bus_its_turn(tmp_path, log):
-    turns = []
-    with ThreadPoolExecutor(1) as pool:
+def test_a_sample_that_ends_a_lift_leaves_the_bus_its_turn(tmp_path, log):
+    """By the time of this thread, the best of three: other programs run as well."""
+    longest = []
+    for k in range(3):
+        (tmp_path / str(k)).mkdir()
+        node = device(tmp_path / str(k))
+        took, step = [], node.weighings._weigher.step
 
-        def start(lifts):
-            done, count = pool.submit(lifts), 0
-            while not done.done():
-                time.sleep(5e-4)  # as the loop of the bus waits for a frame
-                count += 1
-            turns.append(count)
-            return done
+        def timed(*sample, step=step, took=took):
+            begin = time.thread_time()
+            step(*sample)
+            took.append(time.thread_time() - begin)
 
-        seen = work(Master(device(tmp_path, start=start)), log)
-    assert [one["count"] for one in seen] == [1, 2]
-    assert min(turns) > 5, "a lift takes some hundredths of a second"
+        node.weighings._weigher.step = timed
+        assert [one["count"] for one in work(Master(node), log)] == [1, 2]
+        longest.append(max(took))
+    assert min(longest) < 2e-3

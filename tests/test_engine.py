@@ -178,6 +178,7 @@ _OPERATIONS = {
     "constant_power": ca.power(_POSITIVE, 1.4),
     "sine": ca.sin(_X),
     "cosine": ca.cos(_X),
+    "angle": ca.atan2(_X, _Y),
     "smaller": ca.fmin(_X, _Y),
     "larger": ca.fmax(_X, _Y),
     "sign": ca.sign(_X),
@@ -212,7 +213,7 @@ def test_machine_code_passes_not_a_number_on(compiled_operations):
     z = np.empty(len(_OPERATIONS))
     compiled_operations(np.array([np.nan]), np.array([1.0]), z)
     by_name = dict(zip(_OPERATIONS, z, strict=True))
-    assert all(np.isnan(by_name[name]) for name in ("sum", "exp", "tanh", "root", "log", "power"))
+    assert all(np.isnan(by_name[name]) for name in ("sum", "exp", "tanh", "root", "log", "power", "angle"))
 
 
 def test_a_recursion_steps_the_same_alone_and_in_a_row():

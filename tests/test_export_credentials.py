@@ -46,7 +46,7 @@ def test_a_changed_file_has_another_digest():
     assert one["sha256"][DESCRIPTION] == other["sha256"][DESCRIPTION]
 
 
-@pytest.mark.parametrize("what", ["sensor", "control", "compare", "plant"])
+@pytest.mark.parametrize("what", ["sensor", "control", "compare", "weighing", "plant"])
 def test_the_card_has_the_attributes_of_mic_core_once_each(what):
     root = ElementTree.fromstring(card(export(what), "ramsight export c description.toml"))
     kind, *own = root

@@ -13,6 +13,7 @@ from ramsight.cli import app
 from ramsight.deploy.compiler import STRICT, find_compiler, run
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden import faulty_day
+from ramsight.deploy.weighing_words import WeighedAs
 from ramsight.duty import simulate
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.errors import DescriptionError, OutputError
@@ -24,13 +25,15 @@ from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.tracking.comparing import Comparison, Verdict
 
+from .fmu_instance import Instance
+
 fmpy = pytest.importorskip("fmpy")
 FMICallException = pytest.importorskip("fmpy.fmi1").FMICallException
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")]
 LOADER = machine.load_machine("mining-loader")
 FMI = (2, 3)
 KINDS = [(what, fmi) for what in ("sensor", "plant") for fmi in FMI]
-WRITTEN = [*KINDS, *(("compare", fmi) for fmi in FMI)]
+WRITTEN = [*KINDS, *((what, fmi) for what in ("compare", "weighing") for fmi in FMI)]
 
 
 @pytest.fixture(scope="module")
@@ -41,68 +44,6 @@ def fmus(tmp_path_factory):
         kind: write_fmu(LOADER, "boom", folder / f"{kind[0]}{kind[1]}.fmu", what=kind[0], fmi=kind[1])
         for kind in WRITTEN
     }
-
-
-class Instance:
-    """An instantiated FMU, whatever its version."""
-
-    def __init__(self, path, folder, name="one"):
-        from fmpy.fmi2 import FMU2Slave
-        from fmpy.fmi3 import FMU3Slave
-
-        self.description = fmpy.read_model_description(str(path))
-        self.place = {v.name: v.valueReference for v in self.description.modelVariables}
-        self.fmi = int(self.description.fmiVersion[0])
-        fmpy.extract(str(path), unzipdir=str(folder))
-        maker = FMU2Slave if self.fmi == 2 else FMU3Slave
-        self.fmu = maker(
-            guid=self.description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName=name,
-        )
-        self.said = []
-        self.fmu.instantiate(**self.logging())
-
-    def logging(self):
-        if self.fmi == 3:
-            return {
-                "loggingOn": True,
-                "logMessage": lambda env, status, category, text: self.said.append(text.decode()),
-            }
-        from fmpy.fmi2 import defaultCallbacks
-
-        return {"loggingOn": False, "callbacks": defaultCallbacks}
-
-    def begin(self, **values):
-        self.set(**values)
-        if self.fmi == 2:
-            self.fmu.setupExperiment(startTime=0.0)
-        self.fmu.enterInitializationMode()
-        self.fmu.exitInitializationMode()
-
-    def set(self, **values):
-        real = self.fmu.setReal if self.fmi == 2 else self.fmu.setFloat64
-        for name, value in values.items():
-            if isinstance(value, bool):
-                self.fmu.setBoolean([self.place[name]], [value])
-            else:
-                real([self.place[name]], [value])
-
-    def report(self, reported, **more):
-        """What a drive reports, and other inputs."""
-        drive = {name: getattr(reported, name) for name in ("motor_speed", "motor_torque", "oil_temperature")}
-        self.set(**drive, **more)
-
-    def get(self, name):
-        if name in ("status", "verdict"):
-            whole = self.fmu.getInteger if self.fmi == 2 else self.fmu.getInt64
-            return whole([self.place[name]])[0]
-        real = self.fmu.getReal if self.fmi == 2 else self.fmu.getFloat64
-        return real([self.place[name]])[0]
-
-    def step(self, time, step):
-        self.fmu.doStep(time, step)
 
 
 def refuse(call, *arguments, one=None, says=""):
@@ -358,6 +299,8 @@ def test_outputs_before_initialization_are_not_known_and_say_so(instances, what,
                 assert value == Status.NOT_REFERENCED
             elif name == "verdict":
                 assert value == Verdict.UNCHECKED
+            elif name == "quality":
+                assert value == WeighedAs.NONE
             else:
                 assert np.isnan(value), name
         if not again:

@@ -12,8 +12,8 @@ from ramsight.deploy.sensor_words import meaning
 
 fmpy = pytest.importorskip("fmpy")
 WRITTEN = [
-    ("mining-loader", "boom", "compare", 2), ("eha-valve-rig", None, "plant", 2), ("press", None, "plant", 3),
-    ("eha-valve-rig", None, "sensor", 2),
+    ("mining-loader", "boom", "compare", 2), ("mining-loader", "boom", "weighing", 3),
+    ("eha-valve-rig", None, "plant", 2), ("press", None, "plant", 3), ("eha-valve-rig", None, "sensor", 2),
 ]  # fmt: skip
 
 

@@ -15,9 +15,12 @@ from ramsight.duty.profile import Profile
 from ramsight.logs import write_log
 from ramsight.plant.linkage import angles, holding_forces, joints
 from ramsight.plant.linked import build_linked
+from ramsight.signals import Signal, Signals
 from ramsight.tool.force_balance import balance
 from ramsight.tool.force_scale import described_scale
-from ramsight.tool.weighing_events import Plain, Quality, smoothed, windows
+from ramsight.tool.unit_tracks import Others
+from ramsight.tool.weigher import lifts
+from ramsight.tool.weighing_events import Plain, Quality, Scene
 from ramsight.tool.weighing_limits import EMPTY_SHARE, SHORTEST
 from ramsight.tool.weighing_tally import Tally, weighed
 
@@ -117,17 +120,33 @@ def test_where_in_a_level_bucket_the_load_is_the_bucket_s_cylinder_alone_feels()
 # Windows
 
 
+def lifts_of(time, speed, *, shown=True, mass=4000.0, moving=True, extra=0.0):
+    """Lifts of a rod that goes as it is asked to, and carries a mass; by the force balance of every sample."""
+    speed = np.column_stack([speed, np.zeros(len(time))])
+    step = np.gradient(time)[:, None]
+    at = np.array([0.2, 0.25]) + np.cumsum(speed * step, axis=0)
+    found = balance(LOADER, "boom", at, speed, np.gradient(speed[:, 0], time)[:, None] * [1.0, 0.0])
+    bodies = found.bodies + moving * found.bodies_moving
+    payload = found.payload + moving * found.payload_moving
+    known = {
+        "time": time, "position": at[:, 0], "velocity": speed[:, 0], "load": bodies + mass * payload + extra,
+        "position_std": np.full(len(time), 1e-3), "load_std": np.full(len(time), 1e3),
+        "load_age": np.full(len(time), 0.0 if shown else 1.0), "status": np.zeros(len(time)),
+    }  # fmt: skip
+    scene = Scene(LINKED, "boom", Others(held={"bucket": 0.25}))
+    return lifts(scene, Signals({name: Signal(one) for name, one in known.items()}))
+
+
 def test_windows_need_motion_that_the_torque_shows():
     time = np.arange(0.0, 12.0, 0.02)
-    speed = np.select([(time > 1) & (time < 5), (time > 6) & (time < 11)], [0.03, -0.03], 0.0)
-    up, down = windows(time, speed, np.ones(len(time), bool), STROKE, 1.0)
+    speed = np.select([(time > 1) & (time < 5), (time > 6) & (time < 11)], [0.03, -0.02], 0.0)
+    up, down = lifts_of(time, speed)
     assert (up.upwards, down.upwards) == (True, False)
-    assert time[up.rows][0] == pytest.approx(1.8, abs=0.03)
-    assert time[up.rows][-1] == pytest.approx(4.6, abs=0.05)
-    assert windows(time, speed, np.zeros(len(time), bool), STROKE, 1.0) == []
-    (other, _) = windows(time, speed, np.ones(len(time), bool), STROKE, -1.0)
-    assert not other.upwards
-    assert windows(time, 0.003 * STROKE + 0 * speed, np.ones(len(time), bool), STROKE, 1.0) == []
+    assert up.time - 0.5 * up.duration == pytest.approx(1.8, abs=0.12)
+    assert up.time + 0.5 * up.duration == pytest.approx(4.5, abs=0.1)
+    assert (up.quality, down.quality) == (Quality.GOOD, Quality.GOOD)
+    assert lifts_of(time, speed, shown=False) == []
+    assert lifts_of(time, 0.003 * STROKE + 0 * speed) == []
 
 
 def test_a_pause_of_some_samples_does_not_end_a_lift():
@@ -135,25 +154,96 @@ def test_a_pause_of_some_samples_does_not_end_a_lift():
     for pause, count in ((3, 1), (20, 2)):
         speed = np.full(len(time), 0.03)
         speed[150 : 150 + pause] = 0.0
-        assert len(windows(time, speed, np.ones(len(time), bool), STROKE, 1.0)) == count
+        assert len(lifts_of(time, speed)) == count
 
 
 def test_a_motion_does_not_go_on_over_a_gap_of_the_log():
     time = np.concatenate([np.arange(0.0, 3.0, 0.02), np.arange(13.0, 16.0, 0.02)])
-    found = windows(time, np.full(len(time), 0.03), np.ones(len(time), bool), STROKE, 1.0)
-    assert [round(one.moving, 1) for one in found] == [3.0, 3.0]
+    found = lifts_of(time, np.full(len(time), 0.03))
+    assert [round(one.duration, 1) for one in found] == [1.7, 1.7]
+
+
+@pytest.mark.parametrize("period", [0.005, 0.02, 0.03, 0.08, 0.1])
+def test_a_mass_is_right_at_any_period(period):
+    time = np.arange(0.0, 7.0, period)
+    (one,) = lifts_of(time, np.where((time > 1.0) & (time < 6.0), 0.03, 0.0))
+    assert one.mass == pytest.approx(4000.0, abs=1.0)
+    assert one.quality is Quality.GOOD
+
+
+def test_what_acceleration_adds_is_allowed_for():
+    """Of a rod that gets faster all the time; without it the mass is another."""
+    time = np.arange(0.0, 5.0, 0.02)
+    speed = np.where(time > 1.0, 0.01 + 0.02 * (time - 1.0), 0.0)
+    (one,), (other,) = lifts_of(time, speed), lifts_of(time, speed, moving=False)
+    assert one.mass == pytest.approx(4000.0, abs=1.0)
+    assert other.mass < 3990.0
+    assert one.quality is Quality.TOO_FAST
+
+
+def test_a_rod_that_turns_back_at_once_makes_two_lifts():
+    time = np.arange(0.0, 9.0, 0.02)
+    up, down = lifts_of(time, np.where(time < 4.5, 0.03, -0.03))
+    assert (up.upwards, down.upwards) == (True, False)
+
+
+def test_a_speed_that_trembles_is_not_steady():
+    """The speed varies by less than a tenth, and its acceleration takes more than a hundredth of the force."""
+    time = np.arange(0.0, 7.0, 0.02)
+    for share, quality in ((0.12, Quality.TOO_FAST), (0.01, Quality.GOOD)):
+        (one,) = lifts_of(time, 0.04 * (1.0 + share * np.sin(2.0 * np.pi * 1.5 * time)))
+        assert one.quality is quality
+        assert one.mass == pytest.approx(4000.0, abs=15.0), "it is allowed for, all the same"
+
+
+@pytest.mark.parametrize("lasts", np.arange(5.0, 5.12, 0.02))
+def test_the_last_0_4_s_are_not_weighed(lasts):
+    time = np.arange(0.0, 7.0, 0.02)
+    moves = time < lasts
+    late = moves & (time > time[moves][-1] - 0.39)
+    (one,) = lifts_of(time, np.where(moves, 0.03, 0.0), extra=np.where(late, 50e3, 0.0))
+    assert one.mass == pytest.approx(4000.0, abs=1.0)
+
+
+def test_noise_is_no_change_and_makes_a_mass_less_sure():
+    time = np.arange(0.0, 9.0, 0.02)
+    noise = np.random.default_rng(3).standard_normal(len(time))
+    stds = []
+    for size in (0.0, 12e3):
+        (one,) = lifts_of(time, np.full(len(time), 0.03), extra=size * noise)
+        assert one.quality is Quality.GOOD
+        stds.append(one.own_std)
+    assert stds[1] > stds[0] + 1.0
+
+
+def test_what_falls_at_the_end_of_a_window_is_seen_in_the_half_second_that_it_has_begun():
+    """So little that a half second with as much of either is no change."""
+    found = set()
+    for lasts in np.arange(6.0, 6.5, 0.1):
+        time = np.arange(0.0, 8.0, 0.02)
+        mass = np.where(time < lasts - 0.75, 4000.0, 3740.0)
+        (one,) = lifts_of(time, np.where(time < lasts, 0.03, 0.0), mass=mass)
+        found.add(one.quality)
+    assert found == {Quality.GOOD, Quality.SPILLED}
+
+
+def test_a_change_within_a_lift_is_one_step_down_or_something_else():
+    time = np.arange(0.0, 9.0, 0.02)
+    speed = np.where((time > 1.0) & (time < 8.0), 0.03, 0.0)
+    for mass, quality in (
+        (np.where(time < 4.3, 4000.0, 3500.0), Quality.SPILLED),
+        (np.where(time < 4.3, 3500.0, 4000.0), Quality.DIGGING),
+        (3000.0 + 100.0 * time, Quality.DIGGING),
+        (np.where(time < 4.3, 4000.0, 3900.0), Quality.GOOD),
+    ):
+        (one,) = lifts_of(time, speed, mass=mass)
+        assert one.quality is quality
 
 
 def test_repeated_times_are_no_samples(shift):
     twice = shift.isel(time=np.sort([*range(shift.sizes["time"]), 700, 900]))
     one = ramsight.weigh("mining-loader", twice, start="70 mm", at=LEVEL).weighings[0]
     assert one.is_good
-
-
-def test_smoothing_keeps_a_straight_line():
-    time = np.arange(0.0, 3.0, 0.02)
-    line = np.column_stack([2.0 * time])
-    assert np.allclose(smoothed(time, line)[10:-10], line[10:-10])
 
 
 # Scales

@@ -27,6 +27,7 @@ from ramsight.machine.description import Machine
 from ramsight.output import check_target, write_text
 from ramsight.plant.build import AnyUnit, build
 from ramsight.progress import advancing
+from ramsight.tool.force_scale import Scale
 from ramsight.units import argument
 
 FMI = (2, 3)
@@ -46,6 +47,8 @@ def export_c(
     force: str | float | None = None,
     period: str | float | None = None,
     drive_delay: str | float | DriveResponse | None = None,
+    weighing: bool = False,
+    scale: Scale | None = None,
     profile: str = "kalman",
     measure: bool = False,
     compiler: str | None = None,
@@ -66,6 +69,8 @@ def export_c(
         period: of the control's samples [s]; by default 20 ms.
         drive_delay: by which the drive is late, with commands and with reports each [s], or all that is declared of it;
             by default it follows at once. The control stops a drive that does otherwise.
+        weighing: a weighing of what the unit lifts too; a C that a controller weighs with.
+        scale: of that, as `weigh` learned it from known masses; by default the description's.
         profile: what the sensor weighs: ``kalman``, or ``kalman-small`` or ``balance`` for fewer operations
             (docs/export.md).
         measure: compile and run it in both precisions, for speed and for size; by default once, as it is exported.
@@ -76,7 +81,8 @@ def export_c(
         The folder, the names of its files, the compiler, and what it takes of memory [bytes] and time [s].
 
     Raises:
-        DescriptionError: the machine cannot be read, or has several units and none is named.
+        DescriptionError: the machine cannot be read, or has several units and none is named; or the unit lifts nothing
+            that is weighed.
         UnknownNameError: no such machine or unit.
         OutputError: the folder cannot be written.
 
@@ -89,9 +95,11 @@ def export_c(
     """
     described, name = _unit_of(machine, unit)
     driving = _driving(control, speed, force, period, drive_delay)
+    if scale is not None and not weighing:
+        raise DescriptionError("is of a weighing, and none is exported", key="scale", value="a scale")
     with advancing(STEPS, "exporting", shown=progress) as advance:
         return write_sensor(
-            described, name, out, single=single, tabled=parameters, control=driving,
+            described, name, out, single=single, tabled=parameters, control=driving, weighing=weighing, scale=scale,
             profile=profile_of(profile), measure=measure, compiler=_compiler(compiler), advance=advance,
         )  # fmt: skip
 
@@ -118,8 +126,8 @@ def export_fmu(
         machine: a machine, its name or file.
         unit: name of the unit; may be left out where there is only one.
         out: the file, `.fmu`.
-        what: ``sensor``, ``control`` (with a position control), ``compare`` (with the comparison with a real sensor) or
-            ``plant``.
+        what: ``sensor``, ``control`` (with a position control), ``compare`` (with the comparison with a real sensor),
+            ``weighing`` (with a weighing of what the unit lifts) or ``plant``.
         fmi: 2 or 3.
         parameters: of a sensor alone, the machine's numbers are parameters of the FMU; a plant's always are.
         platforms: that it has binaries for, names with commas between (``linux64``, ``linux-aarch64``, ``win64``,

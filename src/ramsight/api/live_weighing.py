@@ -15,7 +15,7 @@ from ramsight.machine.description import Machine
 from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.tool.force_scale import Scale, described_scale
 from ramsight.tool.unit_tracks import Others
-from ramsight.tool.weigher import Start, Weigher, at_once
+from ramsight.tool.weigher import Weigher
 from ramsight.tool.weighing_events import Weighing
 from ramsight.tool.weighing_tally import extend
 
@@ -30,7 +30,6 @@ def weigher_for(
     at: Mapping[str, Quantity] | None = None,
     scale: Scale | None = None,
     inclination: Quantity = 0.0,
-    start: Start = at_once,
 ) -> Weigher:
     """What weighs a machine's lifts; errors are those of `LiveWeighing`.
 
@@ -40,12 +39,11 @@ def weigher_for(
         at: where units without a sensor stand still [m].
         scale: the machine's.
         inclination: of the machine, its front up [rad].
-        start: begins the work on a motion that has ended.
     """
     scene = scene_of(machine, unit, inclination)
     scene = replace(scene, others=Others(held=held_at(scene.machine, at or {})))
     described = described_scale(scene.machine.unit(scene.unit), scene.weight)
-    return Weigher(scene, described if scale is None else scale, start)
+    return Weigher(scene, described if scale is None else scale)
 
 
 class LiveWeighing:

@@ -24,9 +24,10 @@ from ramsight.signals import Dataset
 from ramsight.tool.force_scale import TERMS, UNITS, Scale, described_scale
 from ramsight.tool.load_chart import LoadChart, LoadStatus
 from ramsight.tool.unit_tracks import Others
-from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing, lifts
+from ramsight.tool.weigher import lifts
+from ramsight.tool.weighing_events import Plain, Quality, Scene, Weighing
 from ramsight.tool.weighing_limits import KNOWN_STD
-from ramsight.tool.weighing_tally import Tally, Total, is_same_load, weighed
+from ramsight.tool.weighing_tally import Tally, Total, weighed
 from ramsight.units import argument, format_si
 
 Quantity = float | str
@@ -55,8 +56,9 @@ class Weighed:
         ]  # fmt: skip
         terms = zip(TERMS, self.scale.value, self.scale.std, strict=True)
         learned = {name: {"value": value, "std": std} for name, value, std in terms}
+        covariance = self.scale.covariance[np.triu_indices(len(TERMS))].tolist()  # as C and FMUs take it
         return {
-            "weighings": rows, "scale": {**learned, "masses": self.scale.masses},
+            "weighings": rows, "scale": {**learned, "covariance": covariance, "masses": self.scale.masses},
             "total": self.total, "total_std": self.total_std, "cycles": self.cycles,
         }  # fmt: skip
 
@@ -230,14 +232,13 @@ def learned_scale(scene: Scene, taught: Sequence[tuple[float, Sequence[Plain]]])
         DescriptionError: none of a mass is good.
     """
     scale = prior = described_scale(scene.machine.unit(scene.unit), scene.weight)
-    strokes = scene.other_strokes
     for mass, found in taught:
-        before = [None, *found]
+        tally = Tally(prior, scene.other_strokes)
+        said = [tally.add(one) for one in found]  # a motion down with a weighing is of the load that was lifted
         good = [
             one
-            for last, one in zip(before, found, strict=False)
-            if one.quality is Quality.GOOD
-            and (one.upwards or mass == 0.0 or (last is not None and is_same_load(last, one, prior, strokes)))
+            for one, weighing in zip(found, said, strict=True)
+            if one.quality is Quality.GOOD and (weighing is not None or mass == 0.0)
         ]
         if not good:
             reasons = ", ".join(dict.fromkeys(one.quality.value for one in found)) or "nothing moves"

@@ -155,9 +155,7 @@ def encoder(
 def _weigher(
     described: Described, unit: str, at: dict[str, str], known: list[tuple[float | str, Path]], start: str | None
 ) -> Weigher | None:
-    """What weighs the unit's lifts, in a thread of its own; None where it lifts nothing that is weighed."""
-    from concurrent.futures import ThreadPoolExecutor
-
+    """What weighs the unit's lifts; None where it lifts nothing that is weighed."""
     from ramsight.api.live_weighing import weigher_for
     from ramsight.api.weighing import weigh
     from ramsight.errors import DescriptionError
@@ -169,7 +167,7 @@ def _weigher(
             raise DescriptionError("lifts nothing that is weighed", key="--unit", value=unit, allowed=allowed)
         return None
     scale = weigh(described, [], unit=unit, start=start, at=at, known=known).scale if known else None
-    return weigher_for(described, unit, at=at, scale=scale, start=ThreadPoolExecutor(1, "ramsight-weighing").submit)
+    return weigher_for(described, unit, at=at, scale=scale)
 
 
 def logs_replay(

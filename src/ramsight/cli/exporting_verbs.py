@@ -37,6 +37,9 @@ def export_c(
     force: Force = None,
     period: Period = None,
     drive_delay: Delay = None,
+    weighing: Annotated[
+        bool, typer.Option("--weighing", help="A weighing of what the unit lifts too, of a machine with a mechanism.")
+    ] = False,
     profile: Annotated[
         str, typer.Option(help="What the sensor weighs: kalman; or kalman-small or balance for fewer operations.")
     ] = "kalman",
@@ -57,16 +60,17 @@ def export_c(
     from ramsight.api.exporting import export_c as export_unit
     from ramsight.deploy.c_folder import shown, shown_control
 
-    driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
     done = export_unit(
-        machine, unit, out=out, single=single, parameters=parameters, control=control,
-        profile=profile, measure=measure, **driving, progress=True,
+        machine, unit, out=out, single=single, parameters=parameters, control=control, weighing=weighing, speed=speed,
+        force=force, period=period, drive_delay=drive_delay, profile=profile, measure=measure, progress=True,
     )  # fmt: skip
     say_lines(
         shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"
     )
     if done.control:
         say(f"control: {shown_control(done.control)}")
+    if done.weighing:
+        say(f"weighing: {shown_control(done.weighing)}")
     say(f"{out}: {', '.join(sorted(done.files))} written")
 
 
@@ -112,7 +116,7 @@ def export_fmu(
         str,
         typer.Option(
             help="sensor: the kalman one; control: that and a position control; compare: that and the comparison with "
-            "a real one; plant: the unit itself."
+            "a real one; weighing: that and a weighing of what the unit lifts; plant: the unit itself."
         ),
     ] = "sensor",
     fmi: Annotated[int, typer.Option(help="Version of the interface: 2 or 3.")] = 2,

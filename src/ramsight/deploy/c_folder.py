@@ -23,6 +23,7 @@ from ramsight.plant.build import build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import VirtualSensor
+from ramsight.tool.force_scale import Scale
 
 STEPS = 5
 """Sum of what `advance` is called with while a sensor is written."""
@@ -40,6 +41,7 @@ class WrittenSensor:
     compiler: str | None  # what compiled it; None if there is no compiler here
     footprints: tuple[Footprint, ...]  # what it takes on this machine, a row a build
     control: ControlFootprint | None = None  # what the control takes, if there is one and a compiler
+    weighing: ControlFootprint | None = None  # what the weighing takes, likewise
 
 
 def write_sensor(
@@ -50,6 +52,8 @@ def write_sensor(
     single: bool = False,
     tabled: bool = False,
     control: ControlOptions | None = None,
+    weighing: bool = False,
+    scale: Scale | None = None,
     profile: Profile = Profile.KALMAN,
     measure: bool = False,
     compiler: str | None = None,
@@ -65,13 +69,16 @@ def write_sensor(
         tabled: the machine's numbers are a table that the sensor is handed; those of another machine by
             `write_parameters`.
         control: write a position control beside the sensor, driving so.
+        weighing: write a weighing of the machine's lifts beside the sensor.
+        scale: that it begins with, as known masses taught it; by default the description's.
         profile: what the sensor weighs.
         measure: compile and run it in both precisions, for speed and for size; by default once, as it is exported.
         compiler: path of the C compiler that measures; by default the one that is found, "" for none.
         advance: called with the parts of the work, of `STEPS`, that are done.
 
     Raises:
-        DescriptionError: no sensor knows the unit's circuit, or a table of numbers is of another profile.
+        DescriptionError: no sensor knows the unit's circuit, a table of numbers is of another profile, or the unit
+            lifts nothing that is weighed.
         OutputError: the folder cannot be written.
         CompilerError: the compiler refuses the C, or the test program fails.
 
@@ -98,13 +105,19 @@ def write_sensor(
         raise DescriptionError(
             "has no control", key="profile", value=profile.value, allowed=f"kalman, {Profile.KALMAN_SMALL.value}"
         )
+    if weighing and profile is Profile.BALANCE:
+        raise DescriptionError(
+            "says nothing of a load's age", key="profile", value=profile.value,
+            allowed=f"kalman, {Profile.KALMAN_SMALL.value}",
+        )  # fmt: skip
     sensor, prefix = profile.sensor(built), f"ramsight_{identifier_of(unit)}"
     plain = sensor_source(sensor, built, prefix, machine.name, single=single, tabled=tabled)
     source, samples = _with_rows(plain, sensor, built)
     advance(1)
     driven = _control(control, built, prefix, machine.name).files if control else {}
     beside = {} if profile is Profile.BALANCE else comparison_source(built, prefix, machine.name)
-    files = {**source.files, **beside, **driven}
+    lifted = _weighing(machine, unit, prefix, scale).files if weighing else {}
+    files = {**source.files, **beside, **driven, **lifted}
     files |= build_files(files, prefix, machine.name, unit)
     with whole_folder(out, _LAST) as draft:
         for name, text in files.items():
@@ -120,7 +133,8 @@ def write_sensor(
                 measured.append(footprint(found, draft, prefix, single=floats, optimised=level))
             advance((STEPS - 1) // len(builds))
         compiler = version(found) if found else None
-        driving = control_footprint(found, draft, prefix) if found and control else None
+        driving = control_footprint(found, draft, f"{prefix}_control") if found and control else None
+        lifting = control_footprint(found, draft, f"{prefix}_weighing") if found and weighing else None
         text = template(
             "README.md",
             p=prefix,
@@ -132,10 +146,12 @@ def write_sensor(
             units=unit_table(sensor),
             measured=_table(measured, compiler),
             control=_about_control(prefix, driving) if control else "",
+            weighing=_about_weighing(prefix, lifting) if weighing else "",
             beside=_about_comparison(prefix) if beside else "",
             fmeda=_FMEDA_ROW if profile is Profile.KALMAN else "",
         )
         options = [*(["--single"] if single else []), *(["--parameters"] if tabled else [])]
+        options += ["--weighing"] if weighing else []
         options += [] if profile is Profile.KALMAN else [f"--profile {profile.value}"]
         command = ("c", *options, *(("--control", *control.words) if control else ()))
         passed = f"golden samples passed by {compiler}, builds {len(measured)}" if compiler else ""
@@ -145,7 +161,7 @@ def write_sensor(
         )
         for name, said in {**own, _LAST: text}.items():
             (draft / name).write_text(said, encoding="utf-8", newline="\n")
-    return WrittenSensor(out, (*files, *own, _LAST), compiler, tuple(measured), driving)
+    return WrittenSensor(out, (*files, *own, _LAST), compiler, tuple(measured), driving, lifting)
 
 
 def _check_floats(unit: HydraulicUnit) -> None:
@@ -193,6 +209,14 @@ def _control(options: ControlOptions, unit: HydraulicUnit, prefix: str, machine:
     return golden_control(control_source(block, unit, prefix, machine), run.rows, run.said, unit.max_speed)
 
 
+def _weighing(machine: Machine, unit: str, prefix: str, scale: Scale | None) -> SensorSource:
+    """The weighing's C, with a run of lifts that Python weighs; only here an export loads the mechanism."""
+    from ramsight.deploy.c_weighing import golden_weighing_source, weighing_scene, weighing_source
+
+    scene = weighing_scene(machine, unit)
+    return golden_weighing_source(weighing_source(scene, prefix, machine.name, scale), scene, scale)
+
+
 def _about_comparison(prefix: str) -> str:
     """The row of the folder's README that has the comparison."""
     words = "where the machine has a position sensor, too: which of the two is wrong"
@@ -205,8 +229,14 @@ def _about_control(prefix: str, measured: ControlFootprint | None) -> str:
     return template("README_control.md", p=prefix, P=prefix.upper(), taken=taken)
 
 
+def _about_weighing(prefix: str, measured: ControlFootprint | None) -> str:
+    """What the folder's README says of the weighing."""
+    taken = f" It takes {shown_control(measured)}." if measured else ""
+    return template("README_weighing.md", p=prefix, taken=taken)
+
+
 def shown_control(measured: ControlFootprint) -> str:
-    """What a control takes, in a few words."""
+    """What a control or a weighing takes, in a few words."""
     return f"{measured.code} bytes of code, {measured.state} of state, {1e9 * measured.step:.0f} ns a step"
 
 

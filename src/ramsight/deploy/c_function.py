@@ -183,7 +183,7 @@ _REAL = {
     ca.OP_MUL: "{0} * {1}", ca.OP_DIV: "{0} / {1}", ca.OP_INV: "R(1.0) / {0}", ca.OP_SQ: "{0} * {0}",
     ca.OP_TWICE: "R(2.0) * {0}", ca.OP_SQRT: "SQRT({0})", ca.OP_EXP: "EXP({0})", ca.OP_LOG: "LOG({0})",
     ca.OP_TANH: "TANH({0})", ca.OP_POW: "POW({0}, {1})", ca.OP_CONSTPOW: "POW({0}, {1})", ca.OP_SIN: "SIN({0})",
-    ca.OP_COS: "COS({0})", ca.OP_FLOOR: "FLOOR({0})", ca.OP_CEIL: "CEIL({0})",
+    ca.OP_COS: "COS({0})", ca.OP_ATAN2: "ATAN2({0}, {1})", ca.OP_FLOOR: "FLOOR({0})", ca.OP_CEIL: "CEIL({0})",
     ca.OP_SIGN: "(real)(({0} > 0) - ({0} < 0))",
 }  # fmt: skip
 _ALIKE = {

@@ -47,7 +47,7 @@ class Footprint:
 
 @dataclass(frozen=True)
 class ControlFootprint:
-    """What a position control takes on this machine, compiled with ``-O2``."""
+    """What a position control or a weighing takes on this machine, compiled with ``-O2``."""
 
     code: int  # bytes of code and constants
     state: int  # bytes of the struct
@@ -132,9 +132,13 @@ def footprint(compiler: str, folder: Path, prefix: str, *, single: bool, optimis
     return measured
 
 
-def control_footprint(compiler: str, folder: Path, prefix: str) -> ControlFootprint:
-    """Compile and run the golden samples of an exported control, and measure; nothing is written into the folder."""
-    name, options = f"{prefix}_control", ["-O2"]
+def control_footprint(compiler: str, folder: Path, name: str) -> ControlFootprint:
+    """Compile and run the golden samples of what stands beside a sensor, and measure; the folder stays as it is.
+
+    Args:
+        name: of its C and its struct, for example ``ramsight_boom_control``.
+    """
+    options = ["-O2"]
     key = key_of("control-footprint", _identity(compiler), _texts(folder), name, options)
     if (found := read_kept(key)) is not None:
         return ControlFootprint(**found)

@@ -31,6 +31,7 @@ _PURPOSE = {
     "sensor": _SENSOR,
     "control": f"{_SENSOR}; and a position control with it as the only feedback",
     "compare": f"{_SENSOR}; held against a real sensor",
+    "weighing": f"{_SENSOR}; and a weighing of what it lifts, which is no scale for trade",
     "plant": "Simulation of a hydraulic unit with its cylinder",
 }
 
@@ -41,7 +42,7 @@ class Export:
 
     machine: Machine
     unit: HydraulicUnit  # its unit
-    what: str  # `sensor`, `control`, `compare` or `plant`
+    what: str  # `sensor`, `control`, `compare`, `weighing` or `plant`
     command: Sequence[str]  # arguments of `ramsight export` behind the machine's file, for example `fmu --fmi 3`
     verified: str = ""  # what was run to verify it, and how it went; empty if nothing was
     # of its sensor. The study of faults measured `KALMAN`; only that has an FMEDA table.

@@ -27,7 +27,7 @@ from ramsight.machine.description import Machine
 from ramsight.output import atomic_path, check_target
 from ramsight.plant.unit import HydraulicUnit
 
-WHAT = ("sensor", "control", "compare", "plant")
+WHAT = ("sensor", "control", "compare", "weighing", "plant")
 VERSIONS = (2, 3)
 _DATE = (1980, 1, 1, 0, 0, 0)  # of every file in the archive, so that the same content gives the same bytes
 
@@ -68,8 +68,8 @@ def write_fmu(
         machine: the machine.
         unit: name of its unit.
         out: the file, `.fmu`.
-        what: ``sensor``, ``control`` (with a position control), ``compare`` (with the comparison with a real sensor) or
-            ``plant``.
+        what: ``sensor``, ``control`` (with a position control), ``compare`` (with the comparison with a real sensor),
+            ``weighing`` (with a weighing of what the unit lifts) or ``plant``.
         fmi: 2 or 3.
         tabled: of a sensor alone, the machine's numbers are parameters; a plant's always are.
         control: how a control drives.
@@ -78,7 +78,7 @@ def write_fmu(
         compiler: path of the C compiler; by default the one that is found. Without one the FMU has sources alone.
 
     Raises:
-        DescriptionError: there is no such sensor or version.
+        DescriptionError: there is no such sensor or version, or the unit lifts nothing that is weighed.
         OutputError: the file cannot be written.
         CompilerError: a compiler refuses the C, or ziglang is missing.
 
@@ -179,6 +179,10 @@ def _model(machine: Machine, built: HydraulicUnit, what: str, control: ControlOp
         behind = control_behind(control.block(built), built, prefix, machine.name)
     elif what == "compare":
         behind = comparison_behind(built, prefix, machine.name)
+    elif what == "weighing":
+        from ramsight.deploy.fmu_weighing import weighing_behind
+
+        behind = weighing_behind(machine, built.name, prefix)
     return sensor_model(built, prefix, machine.name, behind, tabled=tabled)
 
 

@@ -1,4 +1,4 @@
-"""What may stand behind a sensor in its FMU: a position control, or the comparison with a real sensor."""
+"""What may stand behind a sensor in its FMU: a position control, the comparison with a real sensor, or a weighing."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ class Behind:
     title: str  # what it adds, in the FMU's description
     period: float  # of the steps [s]
     refer: str = ""  # its C before the sensor's step, if it has any
+    unknown: int = 0  # its enumeration before the initialization
 
 
 _COMPARED = (
@@ -78,4 +79,5 @@ def comparison_behind(unit: HydraulicUnit, prefix: str, machine: str) -> Behind:
         lambda place: step,
         ", and the comparison with a real one,",
         PERIOD,
+        unknown=int(Verdict.UNCHECKED),
     )

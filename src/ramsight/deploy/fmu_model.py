@@ -27,7 +27,6 @@ from ramsight.sensor.kind import Kind, state_of
 from ramsight.sensor.quantity import FACTOR_OF
 from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import REFERENCED_NOW, VARIANCE, VirtualSensor
-from ramsight.tracking.comparing import Verdict
 
 _T0 = 313.15  # K
 ACTUAL_SPEED = "motor_speed_actual"
@@ -86,7 +85,7 @@ def sensor_model(
         "sensor_model.c",
         p=prefix,
         P=prefix.upper(),
-        unchecked=int(Verdict.UNCHECKED),
+        unknown=behind.unknown if behind else 0,
         causality=_letters(variables),
         stroke="machine.stroke" if tabled else f"{stroke:g} m",
         machine=template("fmu_machine.c", **words) if tabled else "",

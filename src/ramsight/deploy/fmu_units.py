@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import IntEnum
 
+from ramsight.deploy.weighing_words import WeighedAs
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
@@ -17,7 +18,9 @@ UNKNOWN = 1e10
 """What no pressure in Pa, no angle in rad and no position in m is."""
 NOTHING = "1e10 where it is not measured"
 PERIOD = SAMPLE_PERIOD  # s; of the steps of a sensor that nothing behind it asks for others
-ENUMERATIONS: dict[str, type[Status] | type[Verdict]] = {"status": Status, "verdict": Verdict}
+ENUMERATIONS: dict[str, type[Status] | type[Verdict] | type[WeighedAs]] = {
+    "status": Status, "verdict": Verdict, "quality": WeighedAs,
+}  # fmt: skip
 """Kinds of variables that are whole numbers with words."""
 
 
@@ -26,7 +29,7 @@ class Variable:
     """A variable of an FMU."""
 
     name: str
-    kind: str  # `real`, `status`, `verdict` or `truth`
+    kind: str  # `real`, `truth`, or one of `ENUMERATIONS`
     causality: str  # `input`, `output`, `parameter` or `independent`
     unit: str = ""  # SI unit; empty if it has none
     text: str = ""  # what it is

@@ -115,6 +115,21 @@ def simulate_linked(
         DescriptionError: an oil temperature is out of range, or the mechanism cannot be assembled at the start.
         SimulationError: if the run does not reach its end; the text states where and what to do.
     """
+    return simulated_linked(
+        machine, duty, sample_period=sample_period, rtol=rtol, max_steps=max_steps, advance=advance
+    ).dataset()
+
+
+def simulated_linked(
+    machine: LinkedMachine,
+    duty: LinkedDuty,
+    *,
+    sample_period: float = SAMPLE_PERIOD,
+    rtol: float = DEFAULT_RTOL,
+    max_steps: int = DEFAULT_MAX_STEPS,
+    advance: Callable[[float], object] | None = None,
+) -> Recorded:
+    """The same run as columns or as a Dataset; arguments and errors as `simulate_linked`."""
     for unit in machine.units:
         check_temperature(unit, duty.oil_temperature[unit.name])
     model = audited_model(machine)
@@ -132,7 +147,7 @@ def simulate_linked(
     attributes |= audit_linked(model, segments, run)
     for unit in machine.units:
         attributes |= Owner(unit.name).electrical(unit.drive.supply, attributes)
-    return Recorded(_signals(machine, duty, model, segments, time, run.state), attributes).dataset()
+    return Recorded(_signals(machine, duty, model, segments, time, run.state), attributes)
 
 
 def _signals(

@@ -120,6 +120,24 @@ class _Emitter:
         """x**y for x > 0."""
         return self.exp(self.b.fmul(y, self.log(x)))
 
+    def atan2(self, y: Any, x: Any) -> Any:
+        """Angle of a point: its tangent below 1, halved twice, and the series of arctan."""
+        b, one = self.b, self.constant(1.0)
+        across, along = self.call("fabs", y), self.call("fabs", x)
+        larger = self.maximum(along, across)
+        at_origin = b.fcmp_ordered("==", larger, self.constant(0.0))
+        t = b.fdiv(self.minimum(across, along), b.select(at_origin, one, larger))
+        for _ in range(2):
+            t = b.fdiv(t, b.fadd(one, self.call("sqrt", self.fma(t, t, one))))
+        z = b.fneg(b.fmul(t, t))
+        series = self.constant(1.0 / 25)
+        for k in range(23, 0, -2):
+            series = self.fma(series, z, self.constant(1.0 / k))
+        angle = b.fmul(self.constant(4.0), b.fmul(t, series))
+        angle = b.select(b.fcmp_ordered(">", across, along), b.fsub(self.constant(0.5 * math.pi), angle), angle)
+        angle = b.select(b.fcmp_ordered("<", x, self.constant(0.0)), b.fsub(self.constant(math.pi), angle), angle)
+        return self.call("copysign", angle, y)
+
     def table(self) -> dict[int, Callable[..., Any]]:
         """CasADi's operation codes and what each becomes."""
         b, fast = self.b, (JOINED,)
@@ -145,6 +163,7 @@ class _Emitter:
             ca.OP_CONSTPOW: self.power,
             ca.OP_SIN: lambda x: self.call("sin", x),
             ca.OP_COS: lambda x: self.call("cos", x),
+            ca.OP_ATAN2: self.atan2,
             ca.OP_FMIN: self.minimum,
             ca.OP_FMAX: self.maximum,
             ca.OP_SIGN: lambda x: b.fsub(

@@ -228,6 +228,11 @@ class Live:
         self.recursion, self.parameters = recursion, np.array(parameters, dtype=np.float64)
         self._state = initial_values(initial)
 
+    def compiled(self) -> Live:
+        """The same with its machine code made, so that the first sample takes no longer than others."""
+        _compile(self.recursion)
+        return self
+
     def step(self, inputs: Sequence[float]) -> list[float]:
         """The outputs of a sample."""
         found: list[float] = replay(self.recursion, np.array([inputs], dtype=np.float64), self.parameters, self._state)[

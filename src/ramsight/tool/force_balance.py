@@ -29,10 +29,6 @@ class Balance:
     bodies_moving: Array
     payload_moving: Array
 
-    def in_motion(self) -> tuple[Array, Array]:
-        """Force of the bodies [N] and force per payload [N/kg], both with what motion adds."""
-        return self.bodies + self.bodies_moving, self.payload + self.payload_moving
-
 
 def balance(
     mechanism: Mechanism, unit: str, position: Array, velocity: Array, acceleration: Array, inclination: float = 0.0
@@ -55,14 +51,14 @@ def balance(
         (91600.0, 41.6)
     """
     tilt = np.full(len(position), inclination)
-    found = _function(mechanism)(position.T, velocity.T, acceleration.T, tilt[None, :])
+    found = forces(mechanism)(position.T, velocity.T, acceleration.T, tilt[None, :])
     row = mechanism.cylinders.index(unit)
     bodies, loaded, bodies_moving, loaded_moving = (one.full()[row] for one in found)
     return Balance(bodies, loaded - bodies, bodies_moving, loaded_moving - bodies_moving)
 
 
 @lru_cache(maxsize=16)
-def _function(mechanism: Mechanism) -> ca.Function:
+def forces(mechanism: Mechanism) -> ca.Function:
     """Forces at rest and those that motion adds, without payload and with one kilogram."""
     x, v, a = (ca.SX.sym(name, len(mechanism.struts)) for name in "xva")
     tilt = ca.SX.sym("tilt")

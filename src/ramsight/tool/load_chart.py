@@ -12,14 +12,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
+from itertools import pairwise
 
+import casadi as ca
 import numpy as np
 
 from ramsight.arrays import Array, Bools
+from ramsight.expression import all_of, scalar, within
 from ramsight.machine.linkage import Linkage
 from ramsight.plant.linkage import Mechanism
 from ramsight.plant.linkage.members import Spot
-from ramsight.tool.tool_place import place_at, tool_point
+from ramsight.tool.tool_place import place_law, tool_point
 from ramsight.tool.weighing_limits import EXCEEDED_FROM, NEAR_FROM
 
 
@@ -65,7 +69,7 @@ class RatedLoad:
         return cls(share, std, exceeded, status)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class LoadChart:
     """A load chart as numbers.
 
@@ -81,8 +85,8 @@ class LoadChart:
 
     point: Spot  # whose reach counts
     about: tuple[float, float]  # point of the frame that moments are about [m]
-    reach: Array  # of the rows, increasing [m]
-    moment: Array  # rated mass times reach [kg m]
+    reach: tuple[float, ...]  # of the rows, increasing [m]
+    moment: tuple[float, ...]  # rated mass times reach [kg m]
 
     @classmethod
     def of(cls, linkage: Linkage) -> LoadChart | None:
@@ -90,9 +94,10 @@ class LoadChart:
         stated = linkage.load_chart
         if stated is None:
             return None
-        reach = np.array(stated.reach)
+        reach = tuple(map(float, stated.reach))
         about = (stated.about.x, stated.about.z)
-        return cls(tool_point(linkage, stated.tool), about, reach, np.array(stated.rated) * reach)
+        moment = tuple(mass * way for mass, way in zip(stated.rated, reach, strict=True))
+        return cls(tool_point(linkage, stated.tool), about, reach, moment)
 
     def shares(self, mechanism: Mechanism, positions: Array, inclination: float = 0.0) -> tuple[Array, Bools]:
         """Load moment of a kilogram over the rated one [1/kg], and where the chart has the reach; shape (samples,).
@@ -103,8 +108,23 @@ class LoadChart:
             positions: of the cylinders [m], shape (samples, cylinders); NaN where unknown.
             inclination: of the machine, its front up [rad].
         """
-        place = place_at(mechanism, self.point, positions)
-        forward, up = place[:, 0] - self.about[0], place[:, 1] - self.about[1]
-        reach = math.cos(inclination) * forward - math.sin(inclination) * up
-        inside = (reach >= self.reach[0]) & (reach <= self.reach[-1])
-        return reach / np.interp(reach, self.reach, self.moment), inside
+        tilt = np.full((1, len(positions)), inclination)
+        found, inside = self.law(mechanism)(positions.T, tilt)
+        return np.asarray(found.full()[0]), np.asarray(inside.full()[0] == 1.0)
+
+    def law(self, mechanism: Mechanism) -> ca.Function:
+        """Positions of the cylinders [m] and the slope [rad] to both, as a graph."""
+        return _law(self, mechanism)
+
+
+@lru_cache(maxsize=16)
+def _law(chart: LoadChart, mechanism: Mechanism) -> ca.Function:
+    x, slope = ca.SX.sym("x", len(mechanism.struts)), ca.SX.sym("slope")
+    forward, up, _ = ca.vertsplit(place_law(mechanism, chart.point)(x))
+    reach = ca.cos(slope) * (forward - chart.about[0]) - ca.sin(slope) * (up - chart.about[1])
+    moment = scalar(chart.moment[0])
+    rows = list(zip(chart.reach, chart.moment, strict=True))
+    for (begin, lower), (end, upper) in pairwise(rows):
+        moment += (upper - lower) / (end - begin) * (within(reach, begin, end) - begin)
+    inside = all_of(reach >= chart.reach[0], reach <= chart.reach[-1])
+    return ca.Function("moment", [x, slope], [reach / moment, inside])

@@ -130,6 +130,11 @@ def _sampled(at: ca.Function, positions: Array, value: Array, roots: Array, stro
         return np.asarray(np.sqrt(squares / total))
 
 
+def place_law(mechanism: Mechanism, point: Spot) -> ca.Function:
+    """Positions of the cylinders [m] to reach [m], height [m] and angle [rad] of a point, as a graph."""
+    return _functions(mechanism, point)[0]
+
+
 @lru_cache(maxsize=16)
 def _functions(mechanism: Mechanism, point: Spot) -> tuple[ca.Function, ca.Function]:
     """Place at positions, and the place's derivatives, those by the first cylinder before those by the next."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -24,10 +25,6 @@ class Rods:
     velocity: Array
     std: Array  # standard deviation of the position, from the half width of its band [m]
 
-    def rows(self, which: slice) -> Rods:
-        """The samples that were chosen."""
-        return Rods(self.position[which], self.velocity[which], self.std[which])
-
 
 @dataclass(frozen=True)
 class Others:
@@ -49,11 +46,17 @@ class Others:
         track = self.tracks.get(name) if own is None else own
         if track is not None:
             return _at(track, time)
+        position, velocity, std = standing(machine, name, self)
         still = np.zeros(len(time))
-        if name in self.held:
-            return still + self.held[name], still, still + self.held_std
-        stroke = machine.unit(name).cylinder.stroke
-        return still + 0.5 * stroke, still, still + stroke / np.sqrt(12.0)
+        return still + position, still + velocity, still + std
+
+
+def standing(machine: LinkedMachine, name: str, others: Others) -> tuple[float, float, float]:
+    """Position [m], velocity [m/s] and deviation [m] of a unit that no track is known of."""
+    if name in others.held:
+        return others.held[name], 0.0, others.held_std
+    stroke = machine.unit(name).cylinder.stroke
+    return 0.5 * stroke, 0.0, stroke / math.sqrt(12.0)
 
 
 def _at(track: Samples, time: Array) -> tuple[Array, Array, Array]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from ramsight.constant import Constant
 
-SMOOTHED = Constant(0.3, "s", "velocity is averaged over it for the acceleration; a ramp of a drive is no shorter")
 MOVING = Constant(4e-3, "1/s", "stroke a second from which on a rod moves: below it friction may be of either sign")
 BRIDGED = Constant(0.1, "s", "a pause of some samples does not end a lift")
 SETTLES = Constant(0.8, "s", "after the start of a motion: valves open, pressures and the load observer settle")
@@ -31,3 +30,8 @@ NEAR_FROM = Constant(0.05, "1", "probability of an exceeded rated load from whic
 EXCEEDED_FROM = Constant(0.5, "1", "probability from which the rated load is exceeded: more likely than not")
 EMPTY_SHARE = Constant(0.03, "1", "rated payload below which a lift counts as of an empty tool")
 KNOWN_STD = Constant(5e-3, "1", "of a known mass: a weighbridge of class IV, its steps over the mass")
+SUMMED = Constant(
+    0.1, "s", "of samples whose sums are kept: acceleration is of the velocities of those before and after"
+)
+LARGEST = Constant(1e12, "1", "no quantity is larger: beyond it is what is not known")
+CLOCK_BACK = Constant(1.0, "s", "a clock that goes back by more has begun again; by less a sample came late")

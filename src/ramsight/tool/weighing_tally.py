@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ramsight.arrays import Array
+from ramsight.engine.recursion import Live
 from ramsight.normal import TWO_SIDED_95
 from ramsight.tool.force_scale import TERMS, Scale
+from ramsight.tool.lift_values import QUALITIES
 from ramsight.tool.load_chart import RatedLoad
-from ramsight.tool.weighing_events import Plain, Quality, Weighing
-from ramsight.tool.weighing_limits import EMPTY_SHARE, PAIR_STDS, STANDS_STILL
+from ramsight.tool.tally_law import tally_law
+from ramsight.tool.weighing_events import Moment, Plain, Weighing
+from ramsight.tool.weighing_limits import EMPTY_SHARE
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +47,7 @@ class Total:
 
 
 class Tally:
-    """Counts lifts as they come, and keeps no more of them than the cycle that has not ended.
+    """Counts lifts as they come, by the recursion of `tally_law`.
 
     Args:
         strokes: of the other cylinders [m].
@@ -53,42 +56,57 @@ class Tally:
     Attributes:
         last: the last weighing; None before the first one.
         count: how many weighings there were.
+        total: of each cycle the surest good weighing, unless the tool was empty.
     """
 
     def __init__(self, scale: Scale, strokes: Array, rated: float = 0.0) -> None:
-        self.scale, self._strokes, self._loaded_from = scale, strokes, EMPTY_SHARE * rated
+        self.scale = scale
+        law = tally_law(len(strokes) + 1)
+        self._live = Live(law.recursion, law.initial, settings_of(scale, strokes, rated)).compiled()
         self.last: Weighing | None = None
         self.count = 0
-        self._before = Total()  # of the cycles that have ended
-        self._cycle: list[Weighing] = []
-        self._number, self._lowered = 0, True
-        self._up: Plain | None = None  # the lift that the next motion may lower again
+        self.total = Total()
 
     def add(self, one: Plain) -> Weighing | None:
         """Take a motion; the last weighing, where this completed it or made it better."""
-        up, self._up = self._up, one if one.upwards else None
-        if not one.upwards:
-            self._lowered = True
-            if up is None or not is_same_load(up, one, self.scale, self._strokes):
-                return None
-            self._cycle.pop()
-            return self._enter(_mean(up, one), "both")
-        if self._lowered:
-            self._before, self._cycle = self.total, []
-            self._number, self._lowered = self._number + 1, False
-        self.count += 1
-        return self._enter(one, "up")
+        said = dict(zip(self._live.recursion.outputs, self._live.step(_values(one)), strict=True))
+        row = np.array([said[f"total.row[{k}]"] for k in range(len(TERMS))])
+        self.total = Total(said["total.mass"], row, said["total.own_variance"], int(said["total.cycles"]))
+        self.count = int(said["count"])
+        if said["new"] > 0.0:
+            self.last = _weighing(said)
+            return self.last
+        return None
 
-    @property
-    def total(self) -> Total:
-        """Of each cycle the surest good weighing, unless the tool was empty."""
-        loaded = [one for one in self._cycle if one.is_good and one.mass > self._loaded_from]
-        return self._before + Total.of(min(loaded, key=lambda one: one.std)) if loaded else self._before
 
-    def _enter(self, one: Plain, direction: str) -> Weighing:
-        self.last = _weighing(one, self.scale, self._number, direction)
-        self._cycle.append(self.last)
-        return self.last
+def settings_of(scale: Scale, strokes: Array, rated: float) -> list[float]:
+    """The parameters of the recursion: strokes of the other cylinders, scale, and the mass of an empty tool."""
+    covariance = scale.covariance[np.triu_indices(len(TERMS))]
+    return [*map(float, strokes), *scale.value.tolist(), *covariance.tolist(), EMPTY_SHARE * rated]
+
+
+def _values(one: Plain) -> list[float]:
+    """The inputs of the recursion."""
+    moment = one.moment or Moment(math.nan, math.nan, covered=False)
+    return [
+        *one.row.tolist(), *one.others.tolist(), one.time, one.duration, float(one.upwards), one.mass, one.own_std,
+        float(QUALITIES.index(one.quality)), moment.per_mass, moment.own_std, float(moment.covered),
+    ]  # fmt: skip
+
+
+def _weighing(said: Mapping[str, float]) -> Weighing:
+    """The outputs of the recursion as a weighing."""
+    mass, std, share = said["mass"], said["std"], said["rated_share"]
+    half = TWO_SIDED_95 * std
+    rated = RatedLoad()
+    if math.isfinite(share):
+        rated = RatedLoad.of(share, said["rated_share_std"], covered=said["covered"] > 0.0)
+    return Weighing(
+        said["time"], said["duration"], int(said["cycle"]), "up" if said["new"] == 1.0 else "both", mass, std,
+        mass - half, mass + half, QUALITIES[int(said["quality"])],
+        np.array([said[f"row[{k}]"] for k in range(len(TERMS))]), said["own_std"], rated.share, rated.std,
+        rated.exceeded, rated.status,
+    )  # fmt: skip
 
 
 def weighed(found: Iterable[Plain], tally: Tally) -> list[Weighing]:
@@ -105,45 +123,3 @@ def extend(done: list[Weighing], one: Weighing | None) -> None:
         if one.direction == "both":
             done.pop()
         done.append(one)
-
-
-def _weighing(one: Plain, scale: Scale, cycle: int, direction: str) -> Weighing:
-    mass, shared = scale.mass(one.mass, one.row)
-    std = math.hypot(shared, one.own_std)
-    half = TWO_SIDED_95 * std
-    rated = RatedLoad()
-    if one.moment is not None and one.quality is Quality.GOOD:
-        factor = one.moment.per_mass
-        rated = RatedLoad.of(factor * mass, math.hypot(factor * shared, one.moment.own_std), covered=one.moment.covered)
-    return Weighing(
-        one.time, one.duration, cycle, direction, mass, std, mass - half, mass + half, one.quality, one.row,
-        one.own_std, rated.share, rated.std, rated.exceeded, rated.status,
-    )  # fmt: skip
-
-
-def is_same_load(up: Plain, down: Plain, scale: Scale, strokes: Array) -> bool:
-    """Whether a motion down carries what the one up before it did: nothing was dumped, and friction explains it.
-
-    Args:
-        strokes: of the other cylinders [m].
-    """
-    if down.upwards or up.quality is not Quality.GOOD or down.quality is not Quality.GOOD:
-        return False
-    if (np.abs(up.others - down.others) > STANDS_STILL * strokes).any():
-        return False
-    apart = scale.mass(up.mass, up.row)[0] - scale.mass(down.mass, down.row)[0]
-    _, shared = scale.mass(0.0, up.row - down.row)
-    return bool(abs(apart) <= PAIR_STDS * math.hypot(shared, up.own_std, down.own_std))
-
-
-def _mean(up: Plain, down: Plain) -> Plain:
-    """Both motions of a load as one lift: what differs by direction cancels."""
-    return replace(
-        up,
-        time=0.5 * (up.time + down.time),
-        duration=up.duration + down.duration,
-        mass=0.5 * (up.mass + down.mass),
-        row=0.5 * (up.row + down.row),
-        own_std=0.5 * math.hypot(up.own_std, down.own_std),
-        moment=None if up.moment is None or down.moment is None else up.moment.averaged(down.moment),
-    )

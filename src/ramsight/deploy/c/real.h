@@ -9,7 +9,7 @@ typedef double wide;
 #else
 #define RESTRICT
 #endif
-#define R(x) (x)
+#define R(x) ((real)(x))
 #define SQRT sqrt
 #define EXP exp
 #define LOG log
@@ -18,5 +18,6 @@ typedef double wide;
 #define ABS fabs
 #define SIN sin
 #define COS cos
+#define ATAN2 atan2
 #define FLOOR floor
 #define CEIL ceil

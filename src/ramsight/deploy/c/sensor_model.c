@@ -13,7 +13,7 @@ ${starts}
 
 void model_unknown(Model *m) {
   m->whole[0] = (int)${P}_NOT_REFERENCED;
-  m->whole[1] = ${unchecked}; /* where there is a comparison */
+  m->whole[1] = ${unknown}; /* of what stands behind the sensor, if it has one */
 }
 
 static void say(Model *m, const ${p}_outputs *out) {
