@@ -76,5 +76,6 @@ def test_a_constant_s_own_test_fails_with_another_one(script):
 
 
 def test_a_test_that_is_not_there_is_named(script):
-    with pytest.raises(SystemExit, match="test_constants.py::test_nothing"):
-        script.passes("RISK", 1.5, "test_constants.py::test_nothing")
+    name = "test_constants.py::test_nothing"
+    with pytest.raises(SystemExit, match=name):
+        script.passes("RISK", 1.5, name)
