@@ -35,11 +35,12 @@ settings.load_profile("ramsight")
 LONG = (
     "studio_browser", "studio_visits", "export_platforms", "paper", "docs_tutorials", "studio", "docs_run",
     "loader_verb", "export_further", "export", "assumptions", "identify_circuits", "balance",
-    "loader_in_service", "commissioning", "wrong_values", "identify", "export_control", "export_visits",
+    "loader_in_service", "commissioning", "wrong_values", "identify", "opcua", "other_systems", "export_wasm",
+    "fit_track", "export_control", "export_visits",
     "export_fmu", "export_profiles", "export_watch", "effects", "datasheet", "drive_check",
-    "commissioning_changes", "export_ssp", "docs", "fit_track", "unit_control", "kalman", "imports",
+    "commissioning_changes", "export_ssp", "docs", "unit_control", "kalman", "imports",
     "sensor_circuits", "core_alone", "watch", "cli_machine", "encoder_beside", "export_power", "optimized",
-    "plant", "directional", "export_parameters", "export_page", "export_wasm",
+    "plant", "directional", "export_parameters", "export_page",
 )  # fmt: skip
 
 

@@ -307,11 +307,11 @@ def listed(above, what):
     return [(folder / f"{name}.md").resolve() for name in names if not name.startswith(":")]
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page != "index.md"])
 @pytest.mark.parametrize("what", ["contents", "described"])
-def test_every_page_is_listed_once_by_an_index_page(page, what):
+def test_every_page_is_listed_once_by_an_index_page(what):
     found = [one for above in LISTS for one in listed(above, what)]
-    assert found.count((ROOT / "docs" / page).resolve()) == 1
+    times = {page: found.count((ROOT / "docs" / page).resolve()) for page in PAGES if page != "index.md"}
+    assert {page: count for page, count in times.items() if count != 1} == {}
 
 
 def test_the_site_takes_nothing_from_another_host():
@@ -320,18 +320,20 @@ def test_the_site_takes_nothing_from_another_host():
     assert "intersphinx" not in settings
 
 
-@pytest.mark.parametrize("page", [*TODAYS, "CHANGELOG.md"])
-def test_relative_links_lead_to_files_of_the_repository(page):
-    text = re.sub(r"```.*?```", "", (ROOT / page).read_text(), flags=re.DOTALL)
-    named = [link for link in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", text) if "://" not in link]
-    assert [link for link in named if not ((ROOT / page).parent / link).exists()] == []
+def test_relative_links_lead_to_files_of_the_repository():
+    named = []
+    for page in (*TODAYS, "CHANGELOG.md"):
+        text = re.sub(r"```.*?```", "", (ROOT / page).read_text(), flags=re.DOTALL)
+        named += [(page, link) for link in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", text) if "://" not in link]
+    assert [(page, link) for page, link in named if not ((ROOT / page).parent / link).exists()] == []
+    assert len(named) > 300
 
 
-@pytest.mark.parametrize("page", TODAYS)
-def test_files_that_a_page_names_are_there(page):
-    folders = "evaluation|benchmarks|tests|src|fuzz|examples|docs"
-    named = re.findall(rf"`((?:{folders})/[\w./-]+)`", (ROOT / page).read_text())
-    assert [one for one in named if not (ROOT / one).exists()] == []
+def test_files_that_a_page_names_are_there():
+    name = re.compile(r"`((?:evaluation|benchmarks|tests|src|fuzz|examples|docs)/[\w./-]+)`")
+    named = [(page, one) for page in TODAYS for one in name.findall((ROOT / page).read_text())]
+    assert [(page, one) for page, one in named if not (ROOT / one).exists()] == []
+    assert len(named) > 50
 
 
 def test_the_map_of_changes_names_files_targets_and_tests_that_are_there():

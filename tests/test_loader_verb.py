@@ -1,12 +1,12 @@
 """The loader's film, and the study of the loader under control that the page quotes."""
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from evaluation import loader_control as study
 from ramsight import machine
 from ramsight.output import check_folder
 from ramsight.plant.linked import build_linked
@@ -106,18 +106,7 @@ def test_what_cannot_be_is_refused_at_once(tmp_path, arguments, text):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.fixture(scope="module")
-def study():
-    sys.path.insert(0, str(ROOT / "evaluation"))
-    try:
-        import loader_control
-
-        yield loader_control
-    finally:
-        sys.path.remove(str(ROOT / "evaluation"))
-
-
-def test_targets_are_met_and_faults_stop_the_machine(study):
+def test_targets_are_met_and_faults_stop_the_machine():
     found = study.summed(study.arrivals(LOADER, LOADER, references=1, targets=3, assumptions=study.KNOWN))
     assert found["targets"] == 3
     assert found["p95"] < 2e-3
@@ -128,7 +117,7 @@ def test_targets_are_met_and_faults_stop_the_machine(study):
     assert absurd["goes_on"] == 1.0
 
 
-def test_the_study_went_every_way_and_stayed_within_its_bounds(study):
+def test_the_study_went_every_way_and_stayed_within_its_bounds():
     found = json.loads((ROOT / "results" / "study.json").read_text())["loader_control"]
     assert study.ROWS.keys() | {"faults"} == found.keys()
     assert found["sheet_sensor"]["p95"] < 2e-3

@@ -22,20 +22,35 @@ from .encoder_bus import Master, encoder
 from .waiting import PATIENCE, wait_for
 
 asyncua = pytest.importorskip("asyncua")
+START = "ramsight.deploy.encoder.opcua._START"
 NUMBERS = ("Position", "Velocity", "StandardDeviation", "Bound")
 
 
 @pytest.fixture(autouse=True)
 def patient(monkeypatch):
     """A busy computer may need longer to begin a process."""
-    monkeypatch.setattr("ramsight.deploy.encoder.opcua._START", PATIENCE)
+    monkeypatch.setattr(START, PATIENCE)
+
+
+def a_port():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
 
 
 @pytest.fixture
 def port():
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return free.getsockname()[1]
+    return a_port()
+
+
+@pytest.fixture(scope="module")
+def served():
+    """The port of a server that serves what no sensor has said yet: for who asks for what never changes."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(START, PATIENCE)
+        port = a_port()
+        with OpcuaServer(encoder(), "boom", port=port):
+            yield port
 
 
 def asked(port, what, user=None):
@@ -132,22 +147,16 @@ def referenced():
     return device
 
 
-def test_what_the_encoder_says_before_the_server_begins_is_served(port):
-    device = referenced()
-    server = OpcuaServer(device, "boom", port=port, old=PATIENCE)
+def test_what_the_encoder_said_before_the_server_began_is_served_and_is_not_good_once_it_is_old(port):
+    server = OpcuaServer(referenced(), "boom", port=port, old=3.0)
     server.take()
     with server:
-        comes(lambda: values(port, "Position")[0][1] == "Good")
-        assert values(port, "Position", "Status")[0][0] == pytest.approx(0.1, abs=1e-4)
-
-
-def test_what_the_encoder_has_not_said_lately_is_not_good(port):
-    device = referenced()
-    with OpcuaServer(device, "boom", port=port, old=3.0) as server:
 
         def is_good():
-            server.take()
-            return values(port, "Position")[0][1] == "Good"
+            found = values(port, "Position", "Status")
+            if found[0][1] == "BadNoCommunication":  # a busy computer asked so late that it is old: said once more
+                server.take()
+            return found[0] == (pytest.approx(0.1, abs=1e-4), "Good")
 
         comes(is_good)
         comes(lambda: values(port, "Position", "Status")[1][1] == "BadNoCommunication")
@@ -155,36 +164,33 @@ def test_what_the_encoder_has_not_said_lately_is_not_good(port):
 
 
 @pytest.mark.parametrize("user", [None, "admin"])
-def test_nobody_writes(port, user):
+def test_nobody_writes(served, user):
     ua = asyncua.ua
-    with OpcuaServer(encoder(), "boom", port=port):
 
-        async def write(client, space):
-            node = await client.nodes.objects.get_child([f"{space}:boom", f"{space}:Position"])
-            with pytest.raises(ua.UaStatusCodeError):
-                await node.write_value(0.5)
-            with pytest.raises(ua.UaStatusCodeError):
-                await client.nodes.objects.add_variable(space, "mine", 1.0)
-            with pytest.raises(ua.UaStatusCodeError):
-                await client.delete_nodes([node])
-            return await node.read_data_value(raise_on_bad_status=False)
+    async def write(client, space):
+        node = await client.nodes.objects.get_child([f"{space}:boom", f"{space}:Position"])
+        with pytest.raises(ua.UaStatusCodeError):
+            await node.write_value(0.5)
+        with pytest.raises(ua.UaStatusCodeError):
+            await client.nodes.objects.add_variable(space, "mine", 1.0)
+        with pytest.raises(ua.UaStatusCodeError):
+            await client.delete_nodes([node])
+        return await node.read_data_value(raise_on_bad_status=False)
 
-        if user is None:
-            assert not asked(port, write).StatusCode.is_good()
-        else:
-            with pytest.raises(ua.UaStatusCodeError, match="BadIdentityToken"):
-                asked(port, write, user)
+    if user is None:
+        assert not asked(served, write).StatusCode.is_good()
+    else:
+        with pytest.raises(ua.UaStatusCodeError, match="BadIdentityToken"):
+            asked(served, write, user)
 
 
-def test_units_stand_beside_the_numbers(port):
-    with OpcuaServer(encoder(), "boom", port=port):
+def test_units_stand_beside_the_numbers(served):
+    async def read(client, space):
+        place = await client.nodes.objects.get_child([f"{space}:boom"])
+        units = [await place.get_child([f"{space}:{name}", "0:EngineeringUnits"]) for name in NUMBERS]
+        return [(await unit.read_value()).DisplayName.Text for unit in units]
 
-        async def read(client, space):
-            place = await client.nodes.objects.get_child([f"{space}:boom"])
-            units = [await place.get_child([f"{space}:{name}", "0:EngineeringUnits"]) for name in NUMBERS]
-            return [(await unit.read_value()).DisplayName.Text for unit in units]
-
-        assert asked(port, read) == ["m", "m/s", "m", "m"]
+    assert asked(served, read) == ["m", "m/s", "m", "m"]
 
 
 def test_what_makes_a_position_invalid_is_bad_and_nothing_wrong_is_good():
