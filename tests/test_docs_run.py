@@ -76,8 +76,8 @@ def folder(tmp_path, monkeypatch):
 
 def invoked(words):
     """Run a command of ramsight; what it prints."""
-    verb, rest = get_command(app).commands[words[1]], words[2:]
-    if rest and rest[0] in getattr(verb, "commands", {}):
+    verb, rest = get_command(app), words[1:]
+    while rest and rest[0] in getattr(verb, "commands", {}):
         verb, rest = verb.commands[rest[0]], rest[1:]
     if verb.name in ONLY_PARSED:
         verb.make_context(verb.name, rest)
