@@ -20,7 +20,7 @@ from ramsight.plant.linked import build_linked
 from ramsight.studio.draft import edited, rows
 from ramsight.tool.force_balance import balance
 from ramsight.tool.load_chart import LoadChart, LoadStatus, RatedLoad
-from ramsight.tool.tool_place import place_at
+from ramsight.tool.tool_place import place_law
 from ramsight.tool.unit_tracks import Others
 from ramsight.tool.weigher import lifts
 from ramsight.tool.weighing_events import Scene
@@ -35,6 +35,11 @@ CHART = LoadChart.of(DESCRIBED.linkage)
 TEXT = catalogue.find("machine", "mining-loader").path.read_text(encoding="utf-8")
 LEVEL = {"bucket": "250 mm"}
 OVER = 8200.0  # kg
+
+
+def place_at(mechanism, point, positions):
+    """Reach, height and angle of a point, a row for each position of the cylinders."""
+    return np.asarray(place_law(mechanism, point)(positions.T).full().T)
 
 
 def level(boom):

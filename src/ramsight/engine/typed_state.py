@@ -128,6 +128,11 @@ def mapped(tree: S, change: Callable[[Leaf], Any]) -> S:
     return changed
 
 
+def emptied(tree: S) -> S:
+    """The same tree with each state zero."""
+    return mapped(tree, lambda _: ca.SX(0.0))
+
+
 def _rebuilt(node: Any, values: Iterator[Any]) -> Any:
     if node is None:
         return None

@@ -11,13 +11,14 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from ramsight.engine.typed_state import chosen, inlined, leaf, mapped
+from ramsight.engine.typed_state import chosen, emptied, inlined, leaf, mapped
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, negated
-from ramsight.tool.weighing_limits import BRIDGED, CLOCK_BACK, LARGEST, SUMMED
+from ramsight.tool.weighing_limits import BRIDGED, CLOCK_BACK, LARGEST, SLOWS, SUMMED
 
-WAITING = 4
-"""Blocks of a line that are newer than the one that leaves it: `SLOWS` of them."""
-_ROUNDING = 1e-4  # s, of a clock
+WAITING = round(SLOWS / SUMMED)
+"""Blocks of a line that are newer than the one that leaves it."""
+CLOCK_ROUNDING = 1e-4
+"""By which two times that are as far apart as they should be may differ [s]."""
 
 
 @dataclass(frozen=True)
@@ -115,15 +116,15 @@ def summed(state: Blocks, sample: Sample, unit: str, slowest: float, lift_sign: 
     since = time - before.latest
     is_new = any_of(since > 0.0, since < -CLOCK_BACK)
     lifting = lift_sign * sample.rods[unit].velocity
-    moves = all_of(since > 0.0, since <= BRIDGED + _ROUNDING, sample.load_age <= 0.0, ca.fabs(lifting) > slowest)
+    moves = all_of(since > 0.0, since <= BRIDGED + CLOCK_ROUNDING, sample.load_age <= 0.0, ca.fabs(lifting) > slowest)
     side = ca.if_else(moves, ca.if_else(lifting > 0.0, 1.0, -1.0), 0.0)
     goes = before.direction != 0.0
-    paused = any_of(since < 0.0, since > BRIDGED + _ROUNDING, time - before.moved > BRIDGED + _ROUNDING)
+    paused = any_of(since < 0.0, since > BRIDGED + CLOCK_ROUNDING, time - before.moved > BRIDGED + CLOCK_ROUNDING)
     ends = all_of(is_new, goes, any_of(paused, side == -before.direction))
     begins = all_of(moves, any_of(negated(goes), ends))
     inside = all_of(is_new, any_of(begins, all_of(goes, negated(ends))))
     started = ca.if_else(begins, time, before.started)
-    completes = all_of(inside, negated(begins), time - started - state.block.first >= SUMMED - _ROUNDING)
+    completes = all_of(inside, negated(begins), time - started - state.block.first >= SUMMED - CLOCK_ROUNDING)
     motion = Motion(
         direction=ca.if_else(begins, side, ca.if_else(ends, 0.0, before.direction)),
         started=started,
@@ -132,7 +133,7 @@ def summed(state: Blocks, sample: Sample, unit: str, slowest: float, lift_sign: 
         load=ca.if_else(inside, sample.load, before.load),
     )
     step = ca.if_else(begins, 0.0, sample.load - before.load)
-    empty = mapped(state.block, lambda one: ca.SX(0.0))
+    empty = emptied(state.block)
     base = chosen(any_of(begins, completes), replace(empty, first=time - started), state.block)
     block = chosen(inside, _with(base, sample, time - started, step, negated(begins)), state.block)
     line = tuple(

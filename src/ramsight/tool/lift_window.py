@@ -19,10 +19,8 @@ import casadi as ca
 
 from ramsight.engine.typed_state import chosen, leaf
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, negated
-from ramsight.tool.lift_blocks import WAITING, Blocks, Events
+from ramsight.tool.lift_blocks import CLOCK_ROUNDING, WAITING, Blocks, Events
 from ramsight.tool.weighing_limits import BLOCK, INCLINATION_STD, LARGEST, SETTLES, SLOWS, STEADY
-
-_ROUNDING = 1e-4  # s, of a clock
 
 
 @dataclass(frozen=True)
@@ -201,8 +199,8 @@ def windowed(state: Window, empty: Window, blocks: Blocks, events: Events, laws:
 def _counts(blocks: Blocks) -> Flag:
     """Whether the block that leaves the line is of a window: the motion had settled, and goes on."""
     leaving, older, motion = blocks.line[WAITING], blocks.line[WAITING + 1], blocks.motion
-    goes_on = motion.moved - motion.started - leaving.last >= SLOWS - _ROUNDING
-    return all_of(older.count > 0.0, leaving.first >= SETTLES - _ROUNDING, goes_on)
+    goes_on = motion.moved - motion.started - leaving.last >= SLOWS - CLOCK_ROUNDING
+    return all_of(older.count > 0.0, leaving.first >= SETTLES - CLOCK_ROUNDING, goes_on)
 
 
 def _moved(moments: Moments, blocks: Blocks, laws: Laws, slope: Scalar) -> Moments:
@@ -265,7 +263,7 @@ def _with_block(window: Window, blocks: Blocks, laws: Laws, slope: Scalar) -> Wi
 def _parted(window: Window, first: Scalar, weight: Scalar, mass: Scalar) -> tuple[Part, Changes]:
     """The part that goes on, and the changes after one that is complete."""
     part = window.part
-    is_full = all_of(part.count > 0.0, first - part.first >= BLOCK - _ROUNDING)
+    is_full = all_of(part.count > 0.0, first - part.first >= BLOCK - CLOCK_ROUNDING)
     changes = chosen(is_full, window.changes.and_part(part), window.changes)
     base = chosen(any_of(part.count == 0.0, is_full), Part(first), part)
     return Part(base.first, base.count + weight, base.mass + weight * mass), changes

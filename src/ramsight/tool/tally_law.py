@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 
 from ramsight.engine.recursion import Recursion, recursion_of
-from ramsight.engine.typed_state import chosen, leaf, leaves, mapped, symbols
+from ramsight.engine.typed_state import chosen, emptied, leaf, leaves, mapped, symbols
 from ramsight.expression import Flag, Scalar, all_of, count, negated
 from ramsight.tool.force_scale import TERMS
 from ramsight.tool.lift_values import LiftValues, root_sum
@@ -97,8 +97,7 @@ class TallyState:
     def total(self) -> Summed:
         """Of each cycle the surest good weighing, unless the tool was empty."""
         one = _surest(self.best, self.last)
-        none = mapped(one.summed, lambda _: ca.SX(0.0))
-        return self.before + chosen(one.counts, one.summed, none)
+        return self.before + chosen(one.counts, one.summed, emptied(one.summed))
 
 
 @dataclass(frozen=True)
@@ -163,8 +162,7 @@ def counted(state: TallyState, lift: LiftValues, settings: TallySettings) -> tup
     found = chosen(upwards, lift, _mean(state.up, lift))
     entry, said = _weighed(found, settings)
     begins = all_of(upwards, state.lowered)
-    empty = mapped(state.best, lambda _: ca.SX(0.0))
-    best = chosen(begins, empty, chosen(upwards, _surest(state.best, state.last), state.best))
+    best = chosen(begins, emptied(state.best), chosen(upwards, _surest(state.best, state.last), state.best))
     is_new = ca.if_else(upwards, 1.0, ca.if_else(same, 2.0, 0.0))
     after = TallyState(
         before=chosen(begins, state.total, state.before),

@@ -45,15 +45,6 @@ def tool_point(linkage: Linkage, name: str) -> Spot:
     return spot(known[name], name)
 
 
-def place_at(mechanism: Mechanism, point: Spot, positions: Array) -> Array:
-    """Reach [m], height [m] and angle [rad] of a point at positions of the cylinders, shape (samples, 3).
-
-    Args:
-        positions: of the cylinders [m], shape (samples, cylinders); NaN where unknown.
-    """
-    return np.asarray(_functions(mechanism, point)[0](positions.T).full().T)
-
-
 @dataclass(frozen=True)
 class Place:
     """Where a point is; each an array, shape (samples,)."""

@@ -29,11 +29,6 @@ class Total:
     own_variance: float = 0.0  # of what is each weighing's own [kg2]
     cycles: int = 0  # how many
 
-    @classmethod
-    def of(cls, one: Weighing) -> Total:
-        """Of one cycle."""
-        return cls(one.mass, one.row, one.own_std**2, 1)
-
     def __add__(self, other: Total) -> Total:
         """Of both."""
         return Total(
