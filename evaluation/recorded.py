@@ -36,7 +36,16 @@ def logs() -> dict[str, tuple[str, xarray.Dataset, np.ndarray, float]]:
             truth = read_truth(folder / f"{name}_truth.csv.gz")
             position = np.interp(log["time"], truth["time"], truth["position"])
             found[name] = (case["unit"], log, position, float(truth["position"][0]))
+            if "warming" in name:
+                found[f"{name}, stuck"] = (case["unit"], stuck(log, 0.0), position, float(truth["position"][0]))
     return found
+
+
+def stuck(log: xarray.Dataset, since: float) -> xarray.Dataset:
+    """A log whose thermometer reports the same from some time on [s]."""
+    reported = log["oil_temperature"]
+    first = int(np.searchsorted(log["time"], since))
+    return log.assign(oil_temperature=reported.where(log["time"] < log["time"][first], reported[first]))
 
 
 def judged(assumptions: Assumptions | None = None, only: tuple[str, ...] = ("",)) -> dict[str, Judged]:
@@ -80,8 +89,7 @@ def sensitivity(advance: Callable[[int], object]) -> dict[str, dict[str, float]]
     found = {}
     for name, assumptions in [("as they are", Assumptions()), *variants()]:
         days = judged(assumptions, ("workday", "person"))
-        ground = {key: d for key, d in days.items() if "ground" in key}
-        others = [d for key, d in days.items() if key not in ground]
+        others = [d for key, d in days.items() if not any(kind in key for kind in ("ground", "stuck"))]
         found[name] = {
             "p95_worst": max(d.p95 for d in others),
             "p95_median": float(np.median([d.p95 for d in others])),

@@ -167,6 +167,17 @@ def test_a_step_that_has_converged_is_the_implicit_step_of_the_plant(unit, bare)
     assert checked >= STATES // 3
 
 
+def test_pressures_are_above_vacuum_and_where_relief_valves_cross_below_their_setting(unit):
+    """Where both sides leak into each other alone, what they have in common has no way out but this."""
+    found = with_friction(unit)
+    crossing = unit.cylinder.area_a == unit.cylinder.area_b  # the double rod alone has such valves
+    highest = 180e5 + unit.tank_pressure if crossing else 500e5
+    many = len(found.states) - 2
+    kept = np.array(found.possible(ca.DM([0.7, -0.3, *[500e5] * many]))).ravel()
+    assert list(kept) == pytest.approx([0.7, -0.3, *[highest] * many])
+    assert list(np.array(found.possible(ca.DM([-1e5] * (many + 2)))).ravel()[2:]) == [0.0] * many
+
+
 def test_the_torque_holds_what_speeds_the_rotor_up(unit, bare):
     z, speed, load = next(moments(unit))
     found = balance(unit)

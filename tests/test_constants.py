@@ -31,16 +31,15 @@ from ramsight.sensor.contacts.contact import SettlingState, _settling
 from ramsight.sensor.inputs.intake import (
     IntakeState,
     RateState,
-    TemperatureState,
     TorqueState,
     _clock,
-    _temperature,
     _torque,
     check_inputs,
     check_rate,
 )
 from ramsight.sensor.inputs.oil_heat import CaseParameters, CaseState, heat_case
 from ramsight.sensor.inputs.sample import SHAFT_ANGLE, CounterState, Raw, SampleState, commanded, plain_sample
+from ramsight.sensor.inputs.thermometer import ThermometerState, read_thermometer
 from ramsight.sensor.inputs.torque import MagnetState, TorqueZeroState, correct_torque, correct_zero
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
@@ -201,9 +200,9 @@ def test_a_pressure_sensor_may_read_a_twentieth_of_relief_pressure_below_vacuum(
 
 @decides(10.0)
 def test_oil_does_not_change_by_ten_kelvin_from_sample_to_sample(at, beyond):
-    state = TemperatureState(filtered=ca.SX(313.15), good_for=ca.SX(60.0))
-    _, _, good = _temperature(state, raw(oil_temperature=313.15 + at), ca.SX(0.02))
-    assert value(good) == (not beyond)
+    state = ThermometerState(filtered=ca.SX(313.15), good_for=ca.SX(60.0))
+    _, oil = read_thermometer(state, ca.SX(313.15 + at), ca.SX(0.02), ca.SX(0.02))
+    assert value(oil.good) == (not beyond)
 
 
 def warmed(reported, before=20.0):

@@ -37,7 +37,6 @@ from ramsight.sensor.contacts.contact_release import (
 from ramsight.sensor.inputs.intake import (
     IntakeState,
     RateState,
-    TemperatureState,
     TorqueState,
     check_inputs,
     check_rate,
@@ -55,6 +54,7 @@ from ramsight.sensor.inputs.sample import (
     SampleState,
     plain_sample,
 )
+from ramsight.sensor.inputs.thermometer import ThermometerState, read_thermometer
 from ramsight.sensor.inputs.torque import MagnetState, correct_torque
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
@@ -131,7 +131,7 @@ def before(*, speed=100.0, torque=50.0, counter=None, **values):
         IntakeState.initial((), ()),
         motor_speed=ca.SX(speed),
         torque=made(TorqueState, **{name: ca.SX(one) for name, one in last.items()}),
-        temperature=made(TemperatureState, **{name: ca.SX(one) for name, one in oil.items()}),
+        thermometer=made(ThermometerState, **{name: ca.SX(one) for name, one in oil.items()}),
         counter=counter,
         **{name: one if is_dataclass(one) else ca.SX(one) for name, one in known.items()},
     )
@@ -355,10 +355,41 @@ def test_a_step_of_the_temperature_is_accepted_after_as_long_as_it_was_good(good
 
     after, passed, found = seen(patience)
     assert (passed.oil_temperature, found.temperature_bad) == (313.15, 1.0)
-    assert (after.temperature.step_for, after.temperature.good_for) == pytest.approx((patience + 0.02, good_for))
+    assert (after.thermometer.step_for, after.thermometer.good_for) == pytest.approx((patience + 0.02, good_for))
     after, passed, found = seen(patience + 0.01)
     assert (passed.oil_temperature, found.temperature_bad) == (333.15, 0.0)
-    assert (after.temperature.step_for, after.temperature.good_for) == (0.0, 0.0)
+    assert (after.thermometer.step_for, after.thermometer.good_for) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("oil", "now", "works", "gained"),
+    [
+        ({"stands_for": 29.97}, 313.15, 0.02, 0.0),
+        ({"stands_for": 29.99}, 313.15, 0.02, 1.0),
+        ({"stands_for": 29.99}, 313.15, 0.0, 0.0),
+        ({"stands_for": 500.0}, 313.25, 0.02, 0.0),
+        ({"stands_for": 299.97, "least_change": 1.0}, 313.15, 0.02, 0.0),
+        ({"stands_for": 299.99, "least_change": 1.0}, 313.15, 0.02, 1.0),
+        ({"stands_for": 29.99, "least_change": 1e-3}, 313.15, 0.02, 1.0),
+        ({}, NAN, 0.02, 1.0),
+        ({}, 333.15, 0.02, 1.0),
+    ],
+)
+def test_oil_whose_report_is_lost_or_stands_still_at_work_is_as_warm_as_a_random_walk(oil, now, works, gained):
+    """95 % within 2.5 K after a minute; a report of whole kelvins may stand ten times as long as one of tenths."""
+    known = {"filtered": 313.15, "good_for": 100.0, "reported": 313.15} | oil
+    state = made(ThermometerState, **{name: ca.SX(one) for name, one in known.items()})
+    _, oil_temperature = read_thermometer(state, ca.SX(now), ca.SX(0.02), ca.SX(works))
+    assert value(oil_temperature.variance) == pytest.approx(gained * 1.25**2 / 60.0 * 0.02)
+
+
+def test_a_thermometer_shows_its_step_by_the_least_change_of_its_report():
+    state = ThermometerState()
+    for reported, least, stands in (
+        (300.0, 0.0, 1.0), (300.0, 0.0, 2.0), (302.0, 2.0, 0.0), (NAN, 2.0, 1.0), (301.0, 1.0, 0.0), (303.0, 1.0, 0.0)
+    ):  # fmt: skip
+        state, _ = read_thermometer(state, ca.SX(reported), ca.SX(1.0), ca.SX(1.0))
+        assert (value(state.least_change), value(state.stands_for)) == (least, stands)
 
 
 def test_what_a_motor_may_have_done_in_a_gap_is_uncertain():

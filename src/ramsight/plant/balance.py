@@ -35,6 +35,7 @@ from ramsight.plant.drive import IdealDrive
 from ramsight.plant.heat import case_losses
 from ramsight.plant.oil import ATMOSPHERE, Oil
 from ramsight.plant.unit import HydraulicUnit, initial_state
+from ramsight.plant.valve import ReliefValve
 
 FACTORS = ("leak", "displacement", "compliance")
 """Factors by which a machine may differ from its data sheet: leakage and displacement of its pumps, and what oil and
@@ -159,6 +160,7 @@ class Balance:
         ode = self.model.ode
         self.states = tuple(state.name for state in ode.states)
         self.parameters, self.values = ode.parameters, self.model.values
+        self._highest = _highest_pressure(unit)
         names = {field.name for field in fields(cylinder)}
         gone = {f"cylinder.{key}" for key in names if key.endswith("_friction") or key == "stop_stiffness"}
         self._without = gone & set(self.parameters)
@@ -333,9 +335,17 @@ class Balance:
         return {name: (z[self.states.index(f"pressure_{node}")], "Pa") for name, node in nodes.items()}
 
     def possible(self, z: Vector) -> Vector:
-        """The states without pressures below vacuum, to begin an iteration with."""
+        """The states without pressures below vacuum, nor beyond what relief valves from side to side let stand.
+
+        Those valves limit a difference. What both sides have in common no torque shows, and it would creep away.
+        """
         split = zip(self.states, ca.vertsplit(z), strict=True)
-        return ca.vertcat(*(ca.fmax(v, 0.0) if name.startswith("pressure_") else v for name, v in split))
+        return ca.vertcat(*(self._kept(v) if name.startswith("pressure_") else v for name, v in split))
+
+    def _kept(self, pressure: Scalar) -> Scalar:
+        """A pressure within what the circuit lets stand [Pa]."""
+        least = ca.fmax(pressure, 0.0)
+        return least if self._highest is None else ca.fmin(least, self._highest)
 
     def near(self, z: Vector, z0: Vector, mean_speed: Real, h: Real, gives: Real | None = None) -> Vector:
         """The states with a piston no farther away than it gets in a step, to go on with.
@@ -508,6 +518,13 @@ def _share_of(expression: Vector, factor: Scalar) -> Vector:
         without: Vector = ca.substitute(expression, factor, 0.0)
         return expression - without
     return cast("Vector", slope * factor)
+
+
+def _highest_pressure(unit: HydraulicUnit) -> float | None:
+    """The highest pressure that may stand in a circuit whose relief valves lead to each other's side [Pa]."""
+    reliefs = [part for part in unit.parts() if isinstance(part, ReliefValve)]
+    crossing = [valve.setting for valve in reliefs if any(valve.outlet == other.inlet for other in reliefs)]
+    return max(crossing) + unit.tank_pressure if crossing else None
 
 
 def without_friction(unit: HydraulicUnit) -> HydraulicUnit:

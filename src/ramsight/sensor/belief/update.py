@@ -305,7 +305,8 @@ def _time_update(bank: Bank, at: Prediction, grows: Scalar, model: MachineModel)
     """
     step, drive, dt = at.step, model.assumed.drive, at.sample.elapsed
     share = model.assumed.machine.leak_by_viscosity * ca.fabs(at.leakage.change)
-    leak = share * ca.sqrt(dt / SMOOTHING_TIME)
+    by_temperature = at.linearised_at[Quantity.LEAKAGE] * at.leakage.per_kelvin
+    leak = ca.sqrt(share**2 * dt / SMOOTHING_TIME + by_temperature**2 * at.sample.temperature_variance)
     # An error of the torque that lasts for a while leaks like an error of the leakage that lasts for a while.
     by_leak = at.travel_by[Quantity.LEAKAGE]
     offset = at.sample.offset_variance / ca.fmax(at.sample.motor_torque**2, model.torque_std**2)

@@ -21,7 +21,6 @@ import casadi as ca
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, flag, negated, scalar
-from ramsight.plant.oil import T40
 from ramsight.sensor.inputs.sample import (
     SHAFT_ANGLE,
     CounterState,
@@ -32,6 +31,7 @@ from ramsight.sensor.inputs.sample import (
     kept_commands,
     way_of,
 )
+from ramsight.sensor.inputs.thermometer import ThermometerState, read_thermometer
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.thresholds import (
     ALARM_EVIDENCE,
@@ -42,7 +42,6 @@ from ramsight.sensor.thresholds import (
     HABIT_GAIN,
     HABIT_LEAST,
     HALF,
-    LAG_MOST,
     LATE_IN_ORDER,
     LIKELY_STDS,
     LIMIT_SHARE,
@@ -51,7 +50,6 @@ from ramsight.sensor.thresholds import (
     MIXED_FRICTION_SPEED,
     MOTOR_TURNS,
     NUMBER_LIMIT,
-    OIL_TIME_CONSTANT,
     RATE_LEARNT,
     RATE_LEARNT_MOST,
     RATE_MEMORY,
@@ -61,9 +59,6 @@ from ramsight.sensor.thresholds import (
     SHORTEST_PERIOD,
     SHORTEST_STEP,
     SURE_STDS,
-    TEMPERATURE_HIGHEST,
-    TEMPERATURE_LOWEST,
-    TEMPERATURE_STEP,
     TORQUE_STEP_SHARE,
     UNSEEN_SPEED_SHARE,
     USUAL_PERIOD,
@@ -133,15 +128,6 @@ class TorqueState:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TemperatureState:
-    """The oil's temperature."""
-
-    filtered: Scalar = leaf("K")  # [K]; 0 while none is known
-    step_for: Scalar = leaf("s")  # how long a step has lasted [s]
-    good_for: Scalar = leaf("s")  # how long the reported temperature was good before [s]
-
-
-@dataclass(frozen=True, kw_only=True)
 class IntakeState:
     """The last sample that counted, and what is known of each input."""
 
@@ -149,7 +135,7 @@ class IntakeState:
     time: Scalar = leaf("s", exact="time")  # of it [s]
     motor_speed: Scalar = leaf("rad/s")  # that was used [rad/s]
     torque: TorqueState = field(default_factory=TorqueState)  # of the motor
-    temperature: TemperatureState = field(default_factory=TemperatureState)  # of the oil
+    thermometer: ThermometerState = field(default_factory=ThermometerState)  # of the oil
     commands: Mapping[str, Scalar] = leaf("1", None)  # of the commanded parts
     counter: CounterState | None = None  # of the shaft, where it is declared
     clock: Scalar = leaf("s", always=True, exact="time")  # time of the last sample of all [s]
@@ -213,7 +199,8 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
     timed = all_of(clock.number, state.clocked, negated(clock.back))
     rate, odd, unknown_for = check_rate(state.rate, tick, there=timed, counts=negated(passed_over), speed=reported)
     torque_state, torque_ok, stuck = _torque(state, raw, reported, model)
-    temperature_state, temperature, temperature_ok = _temperature(state.temperature, raw, elapsed)
+    works = ca.if_else(ca.fabs(reported) > MIXED_FRICTION_SPEED, elapsed, 0.0)
+    thermometer, temperature = read_thermometer(state.thermometer, raw.oil_temperature, elapsed, works)
     no_number = negated(all_of(_inside(reported, NUMBER_LIMIT), _inside(raw.motor_torque, NUMBER_LIMIT)))
     speed = ca.if_else(speed_ok, reported, state.motor_speed)
     last_speed = ca.if_else(clock.counted, state.motor_speed, speed)
@@ -226,7 +213,8 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
         mean_speed=0.5 * (last_speed + speed),
         motor_torque=torque_state.value,
         last_torque=state.torque.value,
-        oil_temperature=temperature,
+        oil_temperature=temperature.used,
+        temperature_variance=temperature.variance,
         reference=raw.reference,
         referenced=raw.referenced,
         commands=commands,
@@ -240,7 +228,7 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
         time=raw.time,
         motor_speed=speed,
         torque=torque_state,
-        temperature=temperature_state,
+        thermometer=thermometer,
         commands=kept_commands(commands),
         counter=_counted(state.counter, raw),
         clock=ca.if_else(clock.number, raw.time, state.clock),
@@ -262,7 +250,7 @@ def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[Int
         stuck=stuck,
         frozen=all_of(state.started, any_of(clock.raw <= 0.0, stands)),
         gap=all_of(state.started, any_of(clock.raw > GAP_PERIOD, clock.back, clock.caught_up, odd)),
-        temperature_bad=negated(temperature_ok),
+        temperature_bad=negated(temperature.good),
         passed=passed,
         drift=ca.if_else(usable, model.travel_per_radian * drift + blind, 0.0),
         unseen=ca.if_else(usable, 0.0, model.travel_per_radian * unseen),
@@ -345,30 +333,6 @@ def _pulls(raw: Raw, speed: Scalar, model: MachineModel) -> Flag:
         return flag(False)
     least = -LIKELY_STDS * ca.sqrt(model.torque_std**2 + model.assumed.drive.zero**2)
     return all_of(ca.fabs(speed) < MOTOR_TURNS, raw.motor_torque < least)
-
-
-def _temperature(state: TemperatureState, raw: Raw, elapsed: Scalar) -> tuple[TemperatureState, Scalar, Flag]:
-    """The oil's temperature, filtered [K], and whether the reported one is possible.
-
-    A step is accepted once it has lasted for as long as the temperature was good before.
-    """
-    reported, filtered = raw.oil_temperature, state.filtered
-    possible = all_of(reported > TEMPERATURE_LOWEST, reported < TEMPERATURE_HIGHEST)
-    patience = ca.fmax(2.0 * OIL_TIME_CONSTANT, ca.fmin(state.good_for, LAG_MOST))
-    accepted = state.step_for > patience
-    known = all_of(filtered > TEMPERATURE_LOWEST, negated(accepted))
-    step = all_of(possible, all_of(known, ca.fabs(reported - filtered) > TEMPERATURE_STEP))
-    good_for = ca.if_else(step, state.good_for, ca.if_else(known, state.good_for + elapsed, 0.0))
-    good = all_of(possible, negated(step))
-    share = ca.if_else(known, elapsed / (OIL_TIME_CONSTANT + elapsed), 1.0)
-    held = ca.if_else(known, filtered, T40)
-    used = ca.if_else(good, held + share * (reported - held), held)
-    after = TemperatureState(
-        filtered=ca.if_else(any_of(known, good), used, 0.0),
-        step_for=ca.if_else(step, state.step_for + elapsed, 0.0),
-        good_for=good_for,
-    )
-    return after, used, good
 
 
 def _unseen_angles(

@@ -99,6 +99,7 @@ class Sample:
     last_way: Scalar  # the same at the sample before
     measured: Mapping[str, Scalar]  # what else is measured
     counter: CounterState | None = None  # the shaft's counter at the sample before, where the machine declares one
+    temperature_variance: Real = 0.0  # that the oil's temperature gains since then, where no report shows it [K2]
     pump_warmer: Real = 0.0  # by how much the oil in the pumps' gaps is warmer than the reported one [K]
     offset_variance: Real = 0.0  # of what is left of the torque's zero error, where one is declared [N2 m2]
 
