@@ -22,7 +22,7 @@ from ramsight.duty.loader_work import loader_work
 from ramsight.duty.profile import Duty
 from ramsight.duty.work_day import work_day
 from ramsight.hindsight.innovations import Innovation
-from ramsight.hindsight.smoother import gone_through, silent
+from ramsight.hindsight.smoother import Forward, silent
 from ramsight.hindsight.trace import Tracer
 from ramsight.intervals import true_intervals
 from ramsight.plant.ddh import DdhUnit
@@ -133,7 +133,7 @@ def study(advance: Callable[[int], object]) -> dict[str, dict[str, float]]:
                 run, log = worked(unit, kind, seed)
                 tracer.sensor.start(None)
                 begun = np.array(list(tracer.sensor.state.values()))
-                gone = gone_through(tracer, log_inputs(tracer.sensor, log), log["time"].values, begun, (), silent)
+                gone = Forward.through(tracer, log_inputs(tracer.sensor, log), log["time"].values, begun, (), silent)
                 judge(found, run, gone.innovations.measured, unit.cylinder.stroke)
                 advance(1)
             done[f"{name}, {kind}"] = found.figures()

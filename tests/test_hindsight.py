@@ -17,7 +17,7 @@ from ramsight.hindsight import smoother
 from ramsight.hindsight.innovations import Innovation, Innovations, mean_range
 from ramsight.hindsight.looking_back import Recalled, looked_back, ways_of
 from ramsight.hindsight.positions import Positions, said_of, truncated
-from ramsight.hindsight.smoother import Ahead, backward
+from ramsight.hindsight.smoother import CLOSE, Ahead, Forward, Sought, backward, silent
 from ramsight.hindsight.trace import ASIDE, Trace, Tracer
 from ramsight.logs import read_log, read_truth
 from ramsight.logs.opening import open_signals
@@ -25,7 +25,7 @@ from ramsight.machine.assumption_description import AssumedIntegrity
 from ramsight.sensor.belief.lineage import Births, followed, parents, unchanged, used
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
+from ramsight.sensor.virtual_sensor import HIGHEST, IS_REFERENCED, LOWEST, log_inputs
 from ramsight.signals import Signals
 
 from .command import at_once
@@ -65,7 +65,10 @@ class Toy:
         aside = dict.fromkeys(ASIDE, np.zeros(samples)) | {"updated": updated}
         travel_by = np.column_stack([np.zeros(samples), self.way])
         place = np.tile(np.arange(hypotheses), (samples, 1))
-        self.trace = Trace(before, before_p, after, after_p, place, np.zeros(shape, bool), travel_by, aside)
+        self.covariance, self.covariance_before = after_p, before_p
+        upper = (..., *np.triu_indices(2))
+        unknown, none = np.zeros((samples, 2)), np.zeros(shape, bool)
+        self.trace = Trace(before, before_p[upper], after, after_p[upper], unknown, place, none, travel_by, aside)
 
     def step(self, k):
         return np.array([[1.0, self.way[k]], [0.0, 1.0]])
@@ -73,12 +76,12 @@ class Toy:
     def textbook(self):
         """Rauch, Tung and Striebel, sample by sample."""
         trace = self.trace
-        means, covariances = [trace.mean[-1, 0]], [trace.covariance[-1, 0]]
+        means, covariances = [trace.mean[-1, 0]], [self.covariance[-1, 0]]
         for k in range(len(trace.mean) - 2, -1, -1):
-            p = trace.covariance[k, 0]
-            gain = p @ self.step(k + 1).T @ np.linalg.inv(trace.covariance_before[k + 1, 0])
+            p = self.covariance[k, 0]
+            gain = p @ self.step(k + 1).T @ np.linalg.inv(self.covariance_before[k + 1, 0])
             means.insert(0, trace.mean[k, 0] + gain @ (means[0] - trace.mean_before[k + 1, 0]))
-            covariances.insert(0, p + gain @ (covariances[0] - trace.covariance_before[k + 1, 0]) @ gain.T)
+            covariances.insert(0, p + gain @ (covariances[0] - self.covariance_before[k + 1, 0]) @ gain.T)
         return np.array(means), np.array(covariances)
 
     def least_squares(self):
@@ -106,21 +109,30 @@ class Toy:
         return np.linalg.solve(matrix, right).reshape(n, 2)
 
 
+def looked_at(trace, ahead=None):
+    """Both quantities of each hypothesis in all samples but the last one: means, variances, and what is known first."""
+    k = trace.mean.shape[1]
+    sought = Sought(np.repeat(np.arange(k), 2), np.tile([0, 1], k))
+    mean, variance, ahead = backward(trace, ahead or Ahead.end(trace), STROKE, sought)
+    return mean.reshape(-1, k, 2), variance.reshape(-1, k, 2), ahead
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_linear_toy_is_smoothed_as_in_the_textbook(seed):
     toy = Toy(seed=seed)
-    smoothed, _ = backward(toy.trace, Ahead.end(toy.trace), STROKE)
-    smoothed = smoothed.followed(toy.trace)
-    mean, covariance = toy.textbook()
-    assert np.abs(smoothed.mean[:, 0] - mean).max() < 1e-9
-    assert np.abs(smoothed.variance[:, 0] - np.diagonal(covariance, axis1=1, axis2=2)).max() < 1e-9
+    found = looked_at(toy.trace)[:2]
+    last = Sought(np.array([0, 0]), np.array([0, 1])).last(toy.trace)
+    mean, variance = (np.concatenate([one[:, 0], [end]]) for one, end in zip(found, last, strict=True))
+    expected, covariance = toy.textbook()
+    assert np.abs(mean - expected).max() < 1e-9
+    assert np.abs(variance - np.diagonal(covariance, axis1=1, axis2=2)).max() < 1e-9
 
 
 def test_a_linear_toy_is_smoothed_as_all_of_it_at_once_by_least_squares():
     toy = Toy(seed=7)
-    smoothed, _ = backward(toy.trace, Ahead.end(toy.trace), STROKE)
-    assert np.abs(smoothed.mean[:, 0] - toy.least_squares()[:-1]).max() < 1e-8
-    assert (smoothed.variance[:, 0] <= np.diagonal(toy.trace.covariance[:-1, 0], axis1=1, axis2=2) + 1e-12).all()
+    mean, variance, _ = looked_at(toy.trace)
+    assert np.abs(mean[:, 0] - toy.least_squares()[:-1]).max() < 1e-8
+    assert (variance[:, 0] <= np.diagonal(toy.covariance[:-1, 0], axis1=1, axis2=2) + 1e-12).all()
 
 
 def cut(trace, first, last):
@@ -130,22 +142,32 @@ def cut(trace, first, last):
 
 def test_blocks_are_smoothed_as_the_whole():
     trace = Toy(seed=1).trace
-    whole, _ = backward(trace, Ahead.end(trace), STROKE)
-    late, ahead = backward(cut(trace, 30, 60), Ahead.end(trace), STROKE)
-    early, _ = backward(cut(trace, 0, 31), ahead, STROKE)
-    for name in ("mean", "variance"):
-        both = np.concatenate([getattr(early, name), getattr(late, name)])
-        assert np.abs(both - getattr(whole, name)).max() < 1e-12
+    whole = looked_at(trace)
+    late = looked_at(cut(trace, 30, 60))
+    early = looked_at(cut(trace, 0, 31), late[2])
+    for k in range(2):
+        assert np.abs(np.concatenate([early[k], late[k]]) - whole[k]).max() < 1e-12
 
 
 def test_what_is_known_exactly_is_not_moved():
     toy = Toy(seed=2)
     for one in (toy.trace.covariance, toy.trace.covariance_before):
-        one[..., 1, :] = one[..., :, 1] = 0.0
-    smoothed, _ = backward(toy.trace, Ahead.end(toy.trace), STROKE)
-    assert np.isfinite(smoothed.mean).all()
-    assert np.array_equal(smoothed.mean[:, 0, 1], toy.trace.mean[:-1, 0, 1])
-    assert not smoothed.variance[:, 0, 1].any()
+        one[..., 1:] = 0.0
+    mean, variance, _ = looked_at(toy.trace)
+    assert np.isfinite(mean).all()
+    assert np.array_equal(mean[:, 0, 1], toy.trace.mean[:-1, 0, 1])
+    assert not variance[:, 0, 1].any()
+
+
+def test_what_changed_unknown_is_more_variance_of_the_position_before_and_after():
+    """As if the filter had known of it, which is what the smoother takes it for."""
+    added, filtered = Toy(seed=5), Toy(seed=5)
+    added.trace.unknown[10:30] = 1e-6
+    for one in (filtered.trace.covariance, filtered.trace.covariance_before):
+        one[10:30, :, 0] += 1e-6
+    for one, other in zip(looked_at(added.trace)[:2], looked_at(filtered.trace)[:2], strict=True):
+        assert np.abs(one - other).max() < 1e-15
+    assert np.abs(looked_at(added.trace)[0] - looked_at(Toy(seed=5).trace)[0]).max() > 1e-6
 
 
 def test_a_hypothesis_is_followed_back_to_the_one_it_continues():
@@ -157,9 +179,9 @@ def test_a_hypothesis_is_followed_back_to_the_one_it_continues():
     toy.trace.mean[found:, 0], toy.trace.mean_before[found + 1 :, 0] = (
         toy.trace.mean[found:, 1], toy.trace.mean_before[found + 1 :, 1],
     )  # fmt: skip
-    smoothed, ahead = backward(toy.trace, Ahead.end(toy.trace), STROKE)
+    mean, _, ahead = looked_at(toy.trace)
     assert ahead.place.tolist() == [1, 1]
-    assert np.abs(smoothed.mean[:, 0] - smoothed.mean[:, 1]).max() < 1e-12
+    assert np.abs(mean[:, 0] - mean[:, 1]).max() < 1e-12
 
 
 @pytest.mark.parametrize(("independent", "least", "most"), [(False, 0.2, 0.4), (True, 0.0, 0.02)])
@@ -170,8 +192,7 @@ def test_nothing_of_a_position_is_carried_back_over_its_birth(independent, least
         toy.trace.independent[born, 0], toy.trace.aside["updated"][born] = independent, 1.0
         toy.trace.mean[born:, 0, 0] += by
         toy.trace.mean_before[born + 1 :, 0, 0] += by
-        smoothed, _ = backward(toy.trace, Ahead.end(toy.trace), STROKE)
-        before.append(smoothed.mean[born - 1, 0, 0])
+        before.append(looked_at(toy.trace)[0][born - 1, 0, 0])
     assert least <= abs(before[1] - before[0]) < most
 
 
@@ -232,19 +253,19 @@ def test_no_room_leaves_a_normal_variable_as_it_is():
 
 
 def within(position, variance):
-    return Positions.within_cylinder(position.copy(), variance.copy(), np.zeros(1), STROKE)
+    return Positions(position, variance, np.zeros(1), STROKE).at(slice(None))
 
 
 def test_a_way_as_long_as_the_stroke_leaves_nowhere_else_to_be():
     way = np.linspace(0.0, STROKE, 50)[:, None]
     unsure = np.full_like(way, 0.05**2)
-    assert within(way, unsure).variance.max() < 0.1 * unsure.max()
-    assert within(0.5 * way + 0.1, unsure).variance.min() > 0.5 * unsure.max()
-    assert 0.01 < (within(way - 0.02, unsure).position - way + 0.02).mean() < 0.03, "put back into the cylinder"
+    assert within(way, unsure)[1].max() < 0.1 * unsure.max()
+    assert within(0.5 * way + 0.1, unsure)[1].min() > 0.5 * unsure.max()
+    assert 0.01 < (within(way - 0.02, unsure)[0] - way + 0.02).mean() < 0.03, "put back into the cylinder"
     # What is uncertain only here and there is uncertain as before.
     local = unsure.copy()
     local[:10] = 1e-12
-    assert np.allclose(within(way, local).variance, local, atol=1e-9)
+    assert np.allclose(within(way, local)[1], local, atol=1e-9)
 
 
 def unit():
@@ -254,7 +275,7 @@ def unit():
 def said(position=0.2, std=1e-3, others=(), status=Status.OK, **aside):
     position, stds = [position, *(one for one, _, _ in others)], [std, *(one for _, one, _ in others)]
     log_weight = np.array([0.0, *(math.log(p) for _, _, p in others)])
-    positions = Positions(np.array([position]), np.array([stds]) ** 2, log_weight)
+    positions = Positions(np.array([position]), np.array([stds]) ** 2, log_weight, STROKE)
     zero = dict.fromkeys(("others", "unseen", "unseen_most", "offset", "wrong"), 0.0) | {"width": 1.0}
     asides = {name: np.array([float(one)]) for name, one in (zero | {"status": status} | aside).items()}
     return {name: one[0] for name, one in said_of(positions, asides, unit()).items()}
@@ -298,23 +319,25 @@ def innovations(*all_of_them):
 
 def test_what_a_measurement_shows_that_nobody_assumed():
     position = np.linspace(0.0, 0.5, 11)
-    expected = innovations((10, 10.0, 0.5, 0.01, True)).unknown(position, 0)
+    expected = innovations((10, 10.0, 0.5, 0.01, True)).unknown(position)
     assert not expected.any(), "no more than was assumed"
-    walked = innovations((4, 4.0, 0.2, 0.01, True), (10, 10.0, 4.0, 0.02, True)).unknown(position, 0)
+    walked = innovations((4, 4.0, 0.2, 0.01, True), (10, 10.0, 4.0, 0.02, True)).unknown(position)
     excess = 0.02**2 * (1.0 - 1.0 / 4.0)
     assert not walked[:5, 0].any()
     assert walked[10, 0] == pytest.approx(excess)
     assert walked[7] == pytest.approx([0.5 * excess, 0.5 * excess])
     assert not walked[10:, 1].any()
-    assert not innovations((10, 10.0, 50.0, 0.02, False)).unknown(position, 0).any(), "a measurement of something else"
-    assert innovations((10, 10.0, math.nan, 0.02, True)).unknown(position, 0)[10, 0] == pytest.approx(0.02**2)
-    assert not innovations((10, 10.0, 9.0, 0.02, True)).unknown(np.zeros(11), 0).any(), "a piston that stands"
+    assert not innovations((10, 10.0, 50.0, 0.02, False)).unknown(position).any(), "a measurement of something else"
+    assert innovations((10, 10.0, math.nan, 0.02, True)).unknown(position)[10, 0] == pytest.approx(0.02**2)
+    assert not innovations((10, 10.0, 9.0, 0.02, True)).unknown(np.zeros(11)).any(), "a piston that stands"
 
 
 def test_what_the_first_measurement_shows_of_an_entered_start_is_in_all_samples_before_it():
     position = np.linspace(0.0, 0.5, 11)
     both = innovations((4, 4.0, math.nan, 0.02, True), (6, 6.0, 4.0, 0.01, True), (10, 10.0, 4.0, 0.02, True))
-    found, walked = both.unknown(position, 7), both.unknown(position, 0)
+    walked = both.unknown(position)
+    both.by_start = 7
+    found = both.unknown(position)
     put_back, first = 0.02**2, 0.01**2 * (1.0 - 1.0 / 4.0)
     assert found[:5, 0] == pytest.approx(put_back + first)
     assert found[5:7, 0] == pytest.approx(first)
@@ -326,12 +349,14 @@ def test_what_the_first_measurement_shows_of_an_entered_start_is_in_all_samples_
 
 def test_innovations_are_taken_as_they_come():
     zero, found = np.zeros(4), Innovations()
-    aside = {name: zero.copy() for name in ("accepted", "rejected", "put_back", "moved")} | {"normal": zero + 2.0}
+    aside = {name: zero.copy() for name in ("accepted", "rejected", "put_back", "moved", "by_start")}
+    aside |= {"normal": zero + 2.0, "by_start": np.array([1.0, 1.0, 0.0, 0.0])}
     aside["accepted"][1], aside["rejected"][2], aside["put_back"][3] = 1.0, 1.0, -0.01
     found.append(10, np.arange(4.0), aside)
     assert [(one.sample, one.accepted, math.isnan(one.normal)) for one in found.all] == [
         (11, True, False), (12, False, False), (13, True, True),
     ]  # fmt: skip
+    assert found.by_start == 2
     column = found.column(14)
     assert np.flatnonzero(np.isfinite(column)).tolist() == [11, 12]
     assert "not as expected at 2 s" in found.text
@@ -520,6 +545,57 @@ def test_a_log_of_another_machine_is_invalid_in_hindsight_as_well():
         track = ramsight.track(built, log, hindsight=True)
     assert "mistake" in track.attrs
     assert not (track["status"].values == Status.OK).any()
+
+
+def test_a_log_is_gone_through_again_until_nothing_is_otherwise(bucket):
+    tracer, pieces, _, _ = bucket
+    inputs = np.concatenate([log_inputs(tracer.sensor, piece) for piece in pieces])
+    tracer.sensor.start(None)
+    begun, other = (np.array(list(tracer.sensor.state.values())) for _ in range(2))
+    other[tracer.sensor.recursion.state.index("position")] = 0.1
+    first, whole = (
+        Forward.through(tracer, inputs, inputs[:, 0], state, ("position", "position_std"), silent)
+        for state in (begun, other)
+    )
+    was = first.said["position"].copy()
+    blocks = first.again(other, silent)
+    assert 1 < blocks < len(first.blocks())
+    reached = first.blocks()[blocks - 1].stop
+    assert np.array_equal(first.said["position"][:reached], whole.said["position"][:reached], equal_nan=True)
+    assert np.array_equal(first.said["position"][reached:], was[reached:])
+    assert tracer.alike(first.states[blocks], whole.states[blocks], CLOSE)
+    off, std = np.abs(first.said["position"] - whole.said["position"])[reached:], whole.said["position_std"][reached:]
+    assert (off < 2.0 * CLOSE * std).all()
+    assert [one.sample for one in first.innovations.all] == [one.sample for one in whole.innovations.all]
+    for number in (0, blocks - 1, blocks):
+        assert np.array_equal(first.rows(number)[:, 0], first.said["position"][first.blocks()[number]], equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "by", "alike"),
+    [
+        ("position", 0.09, True),
+        ("position", 0.11, False),
+        ("hypotheses[0].leakage", -0.11, False),
+        ("hypotheses[4].leakage", 0.5, True),
+        ("hypotheses[0].covariance[position,position]", 0.15, True),
+        ("hypotheses[0].covariance[position,position]", 0.25, False),
+        ("hypotheses[0].log_weight", -1.0, False),
+    ],
+)
+def test_states_are_alike_within_a_tenth_of_what_is_unknown(bucket, name, by, alike):
+    """Of the likeliest hypothesis; one of the chance 0.0005 may be anywhere."""
+    tracer, _, back, _ = bucket
+    state = np.array(list(back.state.values()))
+    order, other = tracer.sensor.recursion.state, state.copy()
+    assert tracer.alike(state, state, 1e-12)
+    quantity, place = name.rpartition(".")[2], order.index(name)
+    variance = f"hypotheses[0].covariance[{quantity},{quantity}]"
+    unit = math.sqrt(state[order.index(variance)]) if variance in order else state[place] if "[p" in name else 1.0
+    other[place] += by * unit
+    assert tracer.alike(state, other, CLOSE) == alike
+    other[order.index(IS_REFERENCED)] = 0.0
+    assert not tracer.alike(state, other, 10.0)
 
 
 def test_kinds_are_those_of_the_sensor():

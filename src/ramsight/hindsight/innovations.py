@@ -47,6 +47,7 @@ class Innovations:
     """Of a log, as they come."""
 
     all: list[Innovation] = field(default_factory=list)  # in order
+    by_start: int = 0  # how many samples there are until a place is measured, if a start was entered
 
     def append(self, first: int, time: Array, aside: Mapping[str, Array]) -> None:
         """Take those of consecutive samples.
@@ -54,6 +55,7 @@ class Innovations:
         Args:
             time: of the samples [s].
         """
+        self.by_start += int((aside["by_start"] > 0.0).sum())
         names = ("accepted", "rejected", "put_back", "normal", "moved")
         accepted, rejected, put_back, normal, moved = (aside[name] for name in names)
         measured = (accepted > 0.0) | (rejected > 0.0)
@@ -91,7 +93,7 @@ class Innovations:
         named = ", ".join(odd[:NAMED]) + (f" and {len(odd) - NAMED} times more" if len(odd) > NAMED else "")
         return f"{line}; not as expected at {named}" if odd else line
 
-    def unknown(self, position: Array, by_start: int) -> Array:
+    def unknown(self, position: Array) -> Array:
         """Variance of the position by what changed unknown since it was measured last [m2], shape (samples, 2).
 
         A position that was off by nu where S was expected has walked by nu^2 - S more than was assumed: as much of it
@@ -99,7 +101,6 @@ class Innovations:
 
         Args:
             position: of the live sensor, by sample [m]; for the way alone.
-            by_start: how many samples there are until a place is measured, if a start was entered; else 0.
 
         Returns:
             Before a measurement in that sample, and after it.
@@ -111,7 +112,7 @@ class Innovations:
             if not one.accepted:
                 continue
             whole = way[one.sample] - way[before]
-            if one.sample < by_start:
+            if one.sample < self.by_start:
                 found[: one.sample + 1, 0] += one.excess
                 found[: one.sample, 1] += one.excess
             elif one.excess > 0.0 and whole > 0.0:

@@ -14,17 +14,15 @@ import numpy as np
 
 from ramsight.arrays import Array
 from ramsight.hindsight.innovations import NIS
-from ramsight.hindsight.positions import ASIDE_SAID, Positions, probabilities, said_of
-from ramsight.hindsight.smoother import Advance, Ahead, Forward, Smoothed, backward, gone_through, silent
-from ramsight.hindsight.trace import Tracer
+from ramsight.hindsight.positions import ASIDE_SAID, Positions, said_of
+from ramsight.hindsight.smoother import CLOSE, Advance, Ahead, Forward, Sought, backward, silent
+from ramsight.hindsight.trace import Tracer, probabilities
 from ramsight.sensor.quantity import FACTOR_OF, Quantity
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, LIVE, OF_POSITION, POSITION, STATUS, log_inputs, said_signals
 from ramsight.signals import Signal, Signals
 
 PASSES = 3
 """How often a log is gone through at most until the smoothed start is where it was linearised."""
-CLOSE = 0.1
-"""Standard deviations of the smoothed start within which it is there [1]."""
 JUDGED = (*sorted(OF_POSITION), STATUS)
 """What is said otherwise in hindsight, and as the live sensor said it."""
 
@@ -58,12 +56,75 @@ def ways_of(state: Mapping[str, float]) -> int:
 
 
 @dataclass(frozen=True)
-class _Backward:
-    """What is known by the whole log."""
+class _Known:
+    """What is known by the whole log, block after block from the last one."""
 
-    positions: Positions  # of the position
+    gone: Forward  # the log by the sensor
+    sought: Sought  # the position under each hypothesis, then factors of the likeliest
+    factors: tuple[str, ...]  # their names
+    # mean, variance: of what is sought, shape (samples, sought)
+    mean: Array
+    variance: Array
     aside: Mapping[str, Array]  # what is traced beside it
-    learned: dict[str, Array]  # factors, deviations and probabilities, by the names of the sensor's outputs
+    ahead: dict[int, Ahead]  # what is known of the first sample of each block, by its number
+
+    @classmethod
+    def of(cls, gone: Forward, names: set[str]) -> _Known:
+        """Nothing as yet.
+
+        Args:
+            names: of the sensor's outputs, of which the factors are looked back at.
+        """
+        known, hypotheses, samples = gone.tracer.layout.quantities, gone.tracer.layout.hypotheses, len(gone.inputs)
+        # Where the oil in the gaps is warmer the sensor says what leaks by another law.
+        learned = {} if Quantity.WARMER in known else FACTOR_OF
+        factors = {
+            name: known.index(one)
+            for name, one in learned.items()
+            if one in known and not names.isdisjoint((f"{name}_factor", f"{name}_factor_std"))
+        }
+        likeliest = int(np.argmax(gone.log_weight))
+        of = np.array([*range(hypotheses), *[likeliest] * len(factors)])
+        by = np.array([*[0] * hypotheses, *factors.values()])
+        shape = samples, len(of)
+        aside = {name: np.empty(samples) for name in ASIDE_SAID}
+        return cls(gone, Sought(of, by), tuple(factors), np.empty(shape), np.empty(shape), aside, {})
+
+    def look(self, blocks: int, advance: Advance) -> None:
+        """Look back at the first blocks, from what is known of the next one."""
+        gone, tracer = self.gone, self.gone.tracer
+        unknown = gone.innovations.unknown(gone.said[POSITION])
+        for number, rows in gone.rows_backward(blocks):
+            span = gone.blocks()[number]
+            trace = tracer.trace(rows, unknown[span.start : span.stop + 1])
+            ahead, last = self.ahead.get(number + 1) or Ahead.end(trace), span.start + len(trace.mean) - 1
+            *found, self.ahead[number] = backward(trace, ahead, float(tracer.unit.cylinder.stroke), self.sought)
+            self.mean[span.start : last], self.variance[span.start : last] = found
+            if last < span.stop:
+                self.mean[last], self.variance[last] = self.sought.last(trace)
+            for name, one in self.aside.items():
+                one[span] = trace.aside[name][: span.stop - span.start]
+            advance((span.stop - span.start) / len(gone.inputs))
+
+    @property
+    def positions(self) -> Positions:
+        """Of the piston."""
+        gone, k = self.gone, len(self.gone.log_weight)
+        stroke = float(gone.tracer.unit.cylinder.stroke)
+        return Positions(self.mean[:, :k], self.variance[:, :k], gone.log_weight, stroke)
+
+    def said(self) -> dict[str, Array]:
+        """What is said in hindsight, by the names of the sensor's outputs."""
+        gone, k = self.gone, len(self.gone.log_weight)
+        # What passed a relief valve has shown at the next measurement of the place.
+        last = max((one.sample for one in gone.innovations.measured if one.accepted), default=0)
+        status = np.concatenate([self.aside["beneath"][:last], self.aside["status"][last:]])
+        found = said_of(self.positions, {**self.aside, "status": status}, gone.tracer.unit)
+        for place, name in enumerate(self.factors, start=k):
+            found[f"{name}_factor"], found[f"{name}_factor_std"] = self.mean[:, place], np.sqrt(self.variance[:, place])
+        for kind, chance in zip(gone.tracer.kinds, probabilities(gone.log_weight), strict=True):
+            found[f"{kind.text}_probability"] = np.full(len(self.mean), chance)
+        return found
 
 
 def looked_back(
@@ -89,67 +150,30 @@ def looked_back(
     clock = Signal(time, pieces[0]["time"].attrs)
     wanted = [one for one in tracer.names if names is None or one in names or one in JUDGED]
     begun = np.array([state[name] for name in order], dtype=np.float64)
-    gone = gone_through(tracer, inputs, time, begun, wanted, advance)
-    said = {name: gone.said[name] for name in JUDGED}
-    passes, back = 1, None
+    gone = Forward.through(tracer, inputs, time, begun, wanted, advance)
+    # What is said otherwise in hindsight is kept once; the position is what the smoother takes the way of.
+    live = {name: gone.said[name].copy() if name == POSITION else gone.said.pop(name) for name in JUDGED}
+    found, passes = live, 1
     if gone.states[-1][order.index(IS_REFERENCED)] > 0.0:
-        back = _backward(gone, wanted, advance)
-    while back is not None and not is_known and passes < PASSES:
-        start, std = back.positions.start
-        if abs(start - begun[position]) < CLOSE * std:
-            break
-        begun[position] = start
-        del gone, back  # a long log fills the memory once
-        gone = gone_through(tracer, inputs, time, begun, wanted, advance)
-        back, passes = _backward(gone, wanted, advance), passes + 1
-    found = gone.said if back is None else gone.said | back.learned | said_of(back.positions, back.aside, tracer.unit)
-    track, live = (said_signals(tracer.sensor, clock, one) for one in (found, said))
-    columns = {**track.columns, **{f"{LIVE}{name}": live[name] for name in JUDGED}}
+        known = _Known.of(gone, set(wanted))
+        known.look(len(gone.blocks()), advance)
+        while not is_known and passes < PASSES:
+            start, std = known.positions.start
+            if abs(start - begun[position]) < CLOSE * std:
+                break
+            begun[position], passes = start, passes + 1
+            blocks = gone.again(begun, advance)
+            if blocks == len(gone.blocks()):
+                known = _Known.of(gone, set(wanted))
+            known.look(blocks, advance)
+        found = known.said()
+    said = gone.said | found
+    track = said_signals(tracer.sensor, clock, {name: said[name] for name in wanted})
+    before = said_signals(tracer.sensor, clock, live)
+    columns = {**track.columns, **{f"{LIVE}{name}": before[name] for name in JUDGED}}
     columns[NIS] = Signal(gone.innovations.column(len(time)), {"units": "1", "long_name": NIS})
     after = dict(zip(order, gone.states[-1].tolist(), strict=True))
     return LookedBack(replace(track, columns=columns), after, passes, gone.innovations.text)
-
-
-def _backward(gone: Forward, names: Collection[str], advance: Advance) -> _Backward:
-    """The smoother, block after block from the last one; what was learned by these names."""
-    tracer, samples = gone.tracer, len(gone.inputs)
-    stroke = float(tracer.unit.cylinder.stroke)
-    unknown = gone.innovations.unknown(gone.said[POSITION], gone.by_start)
-    hypotheses = len(gone.log_weight)
-    position, variance = np.empty((samples, hypotheses)), np.empty((samples, hypotheses))
-    found: dict[str, Array] = {}
-    ahead: Ahead | None = None
-    for number, span in reversed(list(enumerate(gone.blocks()))):
-        trace = tracer.trace(gone.rows(number, beyond=1), unknown[span.start : span.stop + 1])
-        ahead = ahead or Ahead.end(trace)
-        smoothed, ahead = backward(trace, ahead, stroke)
-        if span.stop == samples:
-            smoothed = smoothed.followed(trace)
-        position[span], variance[span] = smoothed.mean[..., 0], smoothed.variance[..., 0]
-        part = {name: trace.aside[name][: span.stop - span.start] for name in ASIDE_SAID}
-        learned = {name: one for name, one in _learned(smoothed, tracer, gone.log_weight).items() if name in names}
-        for name, one in (part | learned).items():
-            found.setdefault(name, np.empty(samples))[span] = one
-        advance((span.stop - span.start) / samples)
-    aside = {name: found.pop(name) for name in ASIDE_SAID}
-    # What passed a relief valve has shown at the next measurement of the place.
-    last = max((one.sample for one in gone.innovations.measured if one.accepted), default=0)
-    aside["status"][:last] = aside["beneath"][:last]
-    positions = Positions.within_cylinder(position, variance, gone.log_weight, stroke)
-    return _Backward(positions, aside, found)
-
-
-def _learned(smoothed: Smoothed, tracer: Tracer, log_weight: Array) -> dict[str, Array]:
-    """Factors of the likeliest hypothesis with their deviations, and the hypotheses' probabilities."""
-    likeliest, known, found = int(np.argmax(log_weight)), tracer.layout.quantities, {}
-    for name, quantity in FACTOR_OF.items():
-        if quantity in known and Quantity.WARMER not in known:  # with it the sensor says what leaks by another law
-            place = known.index(quantity)
-            found[f"{name}_factor"] = smoothed.mean[:, likeliest, place]
-            found[f"{name}_factor_std"] = np.sqrt(smoothed.variance[:, likeliest, place])
-    for kind, chance in zip(tracer.kinds, probabilities(log_weight), strict=True):
-        found[f"{kind.text}_probability"] = np.full(len(smoothed.mean), chance)
-    return found
 
 
 class Recalled:

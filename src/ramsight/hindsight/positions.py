@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache, reduce
+from functools import cached_property, lru_cache, reduce
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.arrays import Array
-from ramsight.expression import count, scalar, scalar_symbol
+from ramsight.engine.recursion import Graph, Recursion, replay
+from ramsight.expression import count, scalar
 from ramsight.machine.assumption_description import AssumedIntegrity
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
@@ -40,58 +41,47 @@ _RANK = {Status.OK: 0} | {one.status: k for k, one in enumerate(DETECTORS, start
 
 @dataclass(frozen=True)
 class Positions:
-    """Positions of the hypotheses in some samples, by the whole log."""
+    """Positions of the hypotheses in some samples, by the whole log and by what the cylinder leaves of each.
 
-    position: Array  # shape (samples, hypotheses) [m]
+    If a way is elsewhere as a whole, it is so by some d ~ N(0, c^2), and c is at most the least deviation of its
+    places. Given that it lies within the cylinder, d has the mean m and the variance v of a normal distribution that
+    ends there: x + m, s^2 - (c^2 - v). What its lowest and highest places are uncertain by besides leaves it so much
+    more room, as an end does that gives way.
+    """
+
+    position: Array  # shape (samples, hypotheses), not yet within the cylinder [m]
     variance: Array  # of these [m2]
     log_weight: Array  # of each hypothesis, shape (hypotheses,)
+    stroke: float  # of the cylinder [m]
+
+    @cached_property
+    def _within(self) -> tuple[Array, Array]:
+        """By how much the cylinder moves the way of each hypothesis [m], and lessens its variance [m2]."""
+        moves, lessens = np.zeros(len(self.log_weight)), np.zeros(len(self.log_weight))
+        for k in range(len(self.log_weight)):
+            way, own = self.position[:, k], self.variance[:, k]
+            low, high, c = int(np.argmin(way)), int(np.argmax(way)), math.sqrt(own.min())
+            if c > 0.0:
+                more = END_GIVES * self.stroke + math.sqrt(max(own[low], own[high]) - c**2)
+                mean, left = truncated(-(way[low] + more) / c, (self.stroke + more - way[high]) / c)
+                moves[k], lessens[k] = mean * c, (1.0 - left) * c**2
+        return moves, lessens
+
+    def at(self, samples: slice | int) -> tuple[Array, Array]:
+        """Positions and their variances under each hypothesis in some samples [m, m2]."""
+        moves, lessens = self._within
+        return self.position[samples] + moves, np.maximum(self.variance[samples] - lessens, 0.0)
 
     @property
-    def likeliest(self) -> Array:
-        """Positions of the likeliest hypothesis [m]."""
-        return self.position[:, int(np.argmax(self.log_weight))]
+    def likeliest(self) -> int:
+        """Place of the likeliest hypothesis."""
+        return int(np.argmax(self.log_weight))
 
     @property
     def start(self) -> tuple[float, float]:
         """Position of the likeliest in the first sample, and its deviation [m]."""
-        return float(self.likeliest[0]), math.sqrt(self.variance[0, int(np.argmax(self.log_weight))])
-
-    @classmethod
-    def within_cylinder(cls, position: Array, variance: Array, log_weight: Array, stroke: float) -> Positions:
-        """What the cylinder leaves of each hypothesis: the whole of its way lies within it.
-
-        If a way is elsewhere as a whole, it is so by some d ~ N(0, c^2), and c is at most the least deviation of
-        its places. Given that it lies within the cylinder, d has the mean m and the variance v of a normal distribution
-        that ends there: x + m, s^2 - (c^2 - v). What its lowest and highest places are uncertain by besides leaves it
-        so much more room, as an end does that gives way.
-
-        Args:
-            position: shape (samples, hypotheses) [m]; is overwritten.
-            variance: of these [m2]; is overwritten.
-            stroke: of the cylinder [m].
-        """
-        for k in range(len(log_weight)):
-            way, own = position[:, k], variance[:, k]
-            low, high, c = int(np.argmin(way)), int(np.argmax(way)), math.sqrt(own.min())
-            if c == 0.0:
-                continue
-            more = END_GIVES * stroke + math.sqrt(max(own[low], own[high]) - c**2)
-            mean, left = truncated(-(way[low] + more) / c, (stroke + more - way[high]) / c)
-            way += mean * c
-            own -= (1.0 - left) * c**2
-        np.maximum(variance, 0.0, out=variance)
-        return cls(position, variance, log_weight)
-
-
-def probabilities(log_weight: Array) -> Array:
-    """Of hypotheses, by the logarithms of their weights.
-
-    Example:
-        >>> probabilities(np.log([1.0, 3.0])).tolist()
-        [0.25, 0.75]
-    """
-    shares = np.exp(log_weight - log_weight.max())
-    return np.asarray(shares / shares.sum())
+        position, variance = self.at(0)
+        return float(position[self.likeliest]), math.sqrt(variance[self.likeliest])
 
 
 def truncated(low: float, high: float) -> tuple[float, float]:
@@ -121,17 +111,17 @@ def said_of(positions: Positions, aside: Mapping[str, Array], unit: HydraulicUni
     Args:
         aside: what is traced beside the hypotheses, by the names in `ASIDE`.
     """
-    stroke, k = float(unit.cylinder.stroke), len(positions.log_weight)
-    shown = np.clip(positions.likeliest, 0.0, stroke)
-    function, found = _function(k, stroke, unit.assumptions.integrity), np.empty((len(_SAID), len(shown)))
+    stroke, k = positions.stroke, len(positions.log_weight)
+    shown, found = np.empty(len(positions.position)), np.empty((len(positions.position), len(_SAID)))
+    said_by = _recursion(k, stroke, unit.assumptions.integrity)
     for first in range(0, len(shown), _AT_ONCE):
         span = slice(first, first + _AT_ONCE)
-        places = (positions.position[span] - shown[span, None]).T
-        variances, count = np.minimum(positions.variance[span], stroke**2).T, places.shape[1]
-        weights = np.repeat(positions.log_weight, count).reshape(-1, count)
-        beside = np.stack([aside[name][span] for name in _BESIDE])
-        found[:, span] = function(places, variances, weights, shown[None, span], beside)
-    said = dict(zip(_SAID, found, strict=True))
+        places, variances = positions.at(span)
+        shown[span] = np.clip(places[:, positions.likeliest], 0.0, stroke)
+        beside = np.column_stack([shown[span], *(aside[name][span] for name in _BESIDE)])
+        inputs = np.hstack([places - shown[span, None], np.minimum(variances, stroke**2), beside])
+        found[span] = replay(said_by, inputs, positions.log_weight, np.empty(0))
+    said = dict(zip(_SAID, found.T, strict=True))
     off = aside["offset"]
     return {
         "position": shown,
@@ -155,30 +145,34 @@ def _status(sample: Array, said: Mapping[str, Array]) -> NDArray[np.int16]:
 
 
 @lru_cache(maxsize=8)
-def _function(hypotheses: int, stroke: float, integrity: AssumedIntegrity) -> ca.Function:
-    """What is said, of columns: places over the one that is shown, variances, weights, that one, and what is beside."""
-    places, variances, weights = (
-        [scalar_symbol(f"{name}{k}") for k in range(hypotheses)] for name in ("place", "variance", "weight")
-    )
-    shown = scalar_symbol("shown")
-    beside = {name: scalar_symbol(name) for name in _BESIDE}
-    each = [
-        Hypothesis(
-            mean={Quantity.POSITION: place},
-            covariance=Covariance({(Quantity.POSITION, Quantity.POSITION): variance}),
-            log_weight=weight,
+def _recursion(hypotheses: int, stroke: float, integrity: AssumedIntegrity) -> Recursion:
+    """What is said of a sample, by places over the one that is shown, variances, that one and what is beside it."""
+    names = [f"{name}[{k}]" for name in ("place", "variance") for k in range(hypotheses)]
+    inputs, parameters = (*names, "shown", *_BESIDE), tuple(f"log_weight[{k}]" for k in range(hypotheses))
+
+    def drawn() -> Graph:
+        u, p = ca.SX.sym("u", len(inputs)), ca.SX.sym("p", hypotheses)
+        given, weights = dict(zip(inputs, ca.vertsplit(u), strict=True)), ca.vertsplit(p)
+        variances = [given[f"variance[{k}]"] for k in range(hypotheses)]
+        each = [
+            Hypothesis(
+                mean={Quantity.POSITION: given[f"place[{k}]"]},
+                covariance=Covariance({(Quantity.POSITION, Quantity.POSITION): variances[k]}),
+                log_weight=weights[k],
+            )
+            for k in range(hypotheses)
+        ]
+        shown, widest = given["shown"], reduce(ca.fmax, variances)
+        said = stated(
+            Mixture.of(each, given["wrong"]),
+            given["width"],
+            Reach(-shown, stroke - shown, END_GIVES * stroke + ca.sqrt(widest)),
+            Beside(given["others"], UnseenLoad(given["unseen"], given["unseen_most"]), given["offset"]),
+            scalar(integrity.limit * stroke),
         )
-        for place, variance, weight in zip(places, variances, weights, strict=True)
-    ]
-    widest = reduce(ca.fmax, variances)
-    said = stated(
-        Mixture.of(each, beside["wrong"]),
-        beside["width"],
-        Reach(-shown, stroke - shown, END_GIVES * stroke + ca.sqrt(widest)),
-        Beside(beside["others"], UnseenLoad(beside["unseen"], beside["unseen_most"]), beside["offset"]),
-        scalar(integrity.limit * stroke),
-    )
-    out = [said.below, said.above, said.std, said.bound]
-    out += [count(reference_due(said, integrity, stroke)), count(too_uncertain(said, stroke))]
-    inputs = [ca.vertcat(*one) for one in (places, variances, weights, [shown], list(beside.values()))]
-    return ca.Function("said", inputs, [ca.vertcat(*out)])
+        due, uncertain = reference_due(said, integrity, stroke), too_uncertain(said, stroke)
+        out = ca.vertcat(said.below, said.above, said.std, said.bound, count(due), count(uncertain))
+        nothing = ca.SX(0, 1)
+        return Graph(nothing, u, p, nothing, out)
+
+    return Recursion((), inputs, parameters, _SAID, drawn)

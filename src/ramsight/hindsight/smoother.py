@@ -19,6 +19,7 @@ Särkkä and Svensson (2023), Bayesian Filtering and Smoothing, section 12.2.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,8 +30,14 @@ from ramsight.hindsight.innovations import Innovations
 from ramsight.hindsight.trace import Trace, Tracer
 
 Advance = Callable[[float], object]
-BLOCK = 4096
-"""Samples between two states that are kept: some 30 MB of a trace."""
+BLOCK = 1024
+"""Samples between two states that are kept: some 5 MB of a trace."""
+KEPT = 32
+"""Blocks of a log that is short enough for all of its trace to be kept: some ten minutes at 50 Hz."""
+
+
+CLOSE = 0.1
+"""Standard deviations within which what is known is the same [1]."""
 
 
 @dataclass(frozen=True)
@@ -39,56 +46,86 @@ class Forward:
 
     tracer: Tracer  # the sensor
     inputs: Array  # of the log, shape (samples, inputs)
+    time: Array  # of its samples [s]
     states: list[Array]  # at the beginning of each block, and after the last one
     said: dict[str, Array]  # what the sensor said, by its names
     log_weight: Array  # of the hypotheses after the last sample
     innovations: Innovations  # the measurements of the place
-    by_start: int  # how many samples there are until a place is measured, if a start was entered; else 0
+    _rows: dict[int, Array]  # of the blocks of a short log, by their number
+
+    @classmethod
+    def through(
+        cls, tracer: Tracer, inputs: Array, time: Array, begun: Array, names: Collection[str], advance: Advance
+    ) -> Forward:
+        """A log by the sensor.
+
+        Args:
+            inputs: of the log, shape (samples, inputs).
+            time: of its samples [s].
+            begun: state of the sensor before it.
+            names: what is kept of what the sensor says.
+        """
+        said = {name: np.empty(len(inputs)) for name in names}
+        found = cls(tracer, inputs, time, [], said, np.empty(tracer.layout.hypotheses), Innovations(), {})
+        found.again(begun, advance)
+        return found
+
+    def again(self, begun: Array, advance: Advance) -> int:
+        """Go through the log from another state, until nothing is otherwise than it was the last time.
+
+        Returns:
+            How many blocks that took.
+        """
+        last, blocks, innovations = self.states.copy(), self.blocks(), Innovations()
+        self.states[:] = [begun.copy()]
+        for number, span in enumerate(blocks, start=1):
+            state = self.states[-1].copy()
+            rows = self.tracer.rows(self.inputs[span], state)
+            for name, column in self.said.items():
+                column[span] = rows[:, self.tracer.names.index(name)]
+            innovations.append(span.start, self.time[span], self.tracer.aside(rows))
+            self.states.append(state)
+            if len(blocks) <= KEPT:
+                self._rows[number - 1] = rows
+            advance(len(rows) / len(self.inputs))
+            if last and self.tracer.alike(state, last[number], CLOSE):
+                self.states[number:] = last[number:]
+                innovations.all += [one for one in self.innovations.all if one.sample >= span.stop]
+                break
+        else:
+            self.log_weight[:] = self.tracer.log_weight(rows)[-1]
+        self.innovations.all[:], self.innovations.by_start = innovations.all, innovations.by_start
+        return number
 
     def blocks(self) -> list[slice]:
         """The samples of each block, in order."""
-        return list(_blocks(len(self.inputs)))
+        samples = len(self.inputs)
+        return [slice(first, min(first + BLOCK, samples)) for first in range(0, samples, BLOCK)]
 
     def rows(self, number: int, beyond: int = 0) -> Array:
         """A block again: what the sensor says and the trace (`Tracer.rows`)."""
         span = self.blocks()[number]
+        kept = [self._rows[k][: None if k == number else beyond] for k in (number, number + 1) if k in self._rows]
+        if kept:
+            return np.concatenate(kept)
         return self.tracer.rows(self.inputs[span.start : span.stop + beyond], self.states[number].copy())
+
+    def rows_backward(self, blocks: int) -> Iterator[tuple[int, Array]]:
+        """The first blocks again with the sample after each, from the last one on; another thread is a block ahead."""
+        numbers = range(blocks - 1, -1, -1)
+        with ThreadPoolExecutor(1) as ahead:
+            following = ahead.submit(self.rows, numbers[0], 1)
+            for number in numbers:
+                rows = following.result()
+                if number > 0:
+                    following = ahead.submit(self.rows, number - 1, 1)
+                yield number, rows
 
     def row(self, sample: int) -> Array:
         """The same of one sample."""
         number, place = divmod(sample, BLOCK)
         found: Array = self.rows(number)[place]
         return found
-
-
-def gone_through(
-    tracer: Tracer, inputs: Array, time: Array, begun: Array, names: Collection[str], advance: Advance
-) -> Forward:
-    """A log by the sensor.
-
-    Args:
-        inputs: of the log, shape (samples, inputs).
-        time: of its samples [s].
-    """
-    states, innovations, log_weight, by_start = [begun.copy()], Innovations(), np.empty(0), 0
-    said = {name: np.empty(len(inputs)) for name in names}
-    for span in _blocks(len(inputs)):
-        state = states[-1].copy()
-        rows = tracer.rows(inputs[span], state)
-        for name, column in said.items():
-            column[span] = rows[:, tracer.names.index(name)]
-        aside = tracer.aside(rows)
-        innovations.append(span.start, time[span], aside)
-        by_start += int((aside["by_start"] > 0.0).sum())
-        states.append(state)
-        log_weight = tracer.log_weight(rows)[-1].copy()
-        advance(len(rows) / len(inputs))
-    return Forward(tracer, inputs, states, said, log_weight, innovations, by_start)
-
-
-def _blocks(samples: int) -> Iterator[slice]:
-    """The samples in order."""
-    return (slice(first, min(first + BLOCK, samples)) for first in range(0, samples, BLOCK))
 
 
 def silent(share: float) -> None:
@@ -109,33 +146,34 @@ class Ahead:
     @classmethod
     def end(cls, trace: Trace) -> Ahead:
         """After the last sample of a log: the filters themselves."""
-        return cls(trace.mean[-1], trace.covariance[-1], np.arange(trace.mean.shape[1]))
+        all_of_them = np.arange(trace.mean.shape[1])
+        return cls(trace.mean[-1], trace.after(-1, all_of_them), all_of_them)
 
 
 @dataclass(frozen=True)
-class Smoothed:
-    """The hypotheses at the log's end, looked back at."""
+class Sought:
+    """What is looked back at: a quantity of a hypothesis at the log's end each."""
 
-    mean: Array  # shape (samples, hypotheses, quantities)
-    variance: Array  # of these, of the same shape
+    hypothesis: NDArray[np.int64]
+    quantity: NDArray[np.int64]  # its place
 
-    def followed(self, trace: Trace) -> Smoothed:
-        """With the log's last sample after these: there the filters are all that is known."""
-        last = np.diagonal(trace.covariance[-1:], axis1=2, axis2=3)
-        return Smoothed(np.concatenate([self.mean, trace.mean[-1:]]), np.concatenate([self.variance, last]))
+    def last(self, trace: Trace) -> tuple[Array, Array]:
+        """Mean and variance of each after the last sample of a log: there the filters are all that is known."""
+        rows = trace.rows(slice(-1, None), self.hypothesis, self.quantity)[0]
+        return trace.mean[-1, self.hypothesis, self.quantity], np.take_along_axis(rows, self.quantity[:, None], 1)[:, 0]
 
 
-def backward(trace: Trace, ahead: Ahead, stroke: float) -> tuple[Smoothed, Ahead]:
-    """The hypotheses in all samples of a trace but the last one, of which it is known.
+def backward(trace: Trace, ahead: Ahead, stroke: float, sought: Sought) -> tuple[Array, Array, Ahead]:
+    """What is sought in all samples of a trace but the last one, of which it is known.
 
     Args:
         stroke: of the cylinder [m].
 
     Returns:
-        Of the samples before the last one, and what is known of the first of them.
+        Means and variances, shape (samples, sought), and what is known of the first sample.
     """
-    n, k, size = trace.mean.shape
-    mean, variance = np.empty((n - 1, k, size)), np.empty((n - 1, k, size))
+    n, of, by = len(trace.mean), sought.hypothesis, sought.quantity
+    mean, variance = np.empty((n - 1, len(of))), np.empty((n - 1, len(of)))
     way = np.cumsum(trace.travel_by, axis=0)
     knots = np.flatnonzero(trace.updates)
     ends = [0, *knots[(knots > 0) & (knots < n - 1)].tolist(), n - 1]
@@ -143,19 +181,26 @@ def backward(trace: Trace, ahead: Ahead, stroke: float) -> tuple[Smoothed, Ahead
         span = slice(first, last)
         place = trace.parent[last, ahead.place]
         by_state, by_covariance = _pulls(trace, last, place, ahead, stroke)
-        covariance = trace.covariance[span][:, place]
+        cross = trace.rows(span, place[of], by)
+        own = np.take_along_axis(cross, by[None, :, None], axis=2)[..., 0]
+        cross[..., 0] += np.einsum("sej,sj->se", cross, way[last] - way[span])
+        mean[span] = trace.mean[span][:, place[of], by] + np.einsum("sej,ej->se", cross, by_state[of])
+        pulled = np.matmul(cross.swapaxes(0, 1), by_covariance[of])
+        variance[span] = own + np.einsum("esj,sej->se", pulled, cross)
+        covariance = trace.after(first, place)
         cross = covariance.copy()
-        cross[..., 0] += np.einsum("shij,sj->shi", covariance, way[last] - way[span])
-        mean[span] = trace.mean[span][:, place] + np.einsum("shij,hj->shi", cross, by_state)
-        pulled = np.matmul(cross, by_covariance)
-        variance[span] = np.diagonal(covariance, axis1=2, axis2=3) + (pulled * cross).sum(axis=-1)
-        ahead = Ahead(mean[first], covariance[0] + pulled[0] @ np.swapaxes(cross[0], -1, -2), place)
-    return Smoothed(mean, np.maximum(variance, 0.0)), ahead
+        cross[..., 0] += covariance @ (way[last] - way[first])
+        ahead = Ahead(
+            trace.mean[first, place] + (cross @ by_state[..., None])[..., 0],
+            covariance + cross @ by_covariance @ cross.swapaxes(-1, -2),
+            place,
+        )
+    return mean, np.maximum(variance, 0.0), ahead
 
 
 def _pulls(trace: Trace, at: int, place: NDArray[np.int64], ahead: Ahead, stroke: float) -> tuple[Array, Array]:
     """(P-)^-1 (x_s - x-), and (P-)^-1 (P_s - P-) (P-)^-1, of each hypothesis at a sample."""
-    before = trace.covariance_before[at, place].copy()
+    before = trace.before(at, place)
     before[:, 0, 0] += np.where(trace.independent[at, ahead.place], stroke**2, 0.0)
     after = ahead.covariance
     own = np.diagonal(before, axis1=1, axis2=2)

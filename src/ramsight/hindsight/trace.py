@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import combinations_with_replacement
 
 import casadi as ca
@@ -29,10 +29,10 @@ from ramsight.sensor.kalman import Passage, Pipe
 from ramsight.sensor.kept_sensor import kept_sensor
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.virtual_sensor import VirtualSensor
+from ramsight.sensor.thresholds import TINY
+from ramsight.sensor.virtual_sensor import IS_REFERENCED, POSITION, VirtualSensor
 
 _PREFIX = "trace."
-
 
 ASIDE = (
     "others", "unseen", "unseen_most", "offset", "width", "wrong", "status", "beneath", "by_start", "updated",
@@ -56,15 +56,6 @@ class Layout:
         return tuple(combinations_with_replacement(range(len(self.quantities)), 2))
 
     @cached_property
-    def square(self) -> NDArray[np.intp]:
-        """Of each entry of a covariance, row by row, its place in the upper triangle."""
-        n = len(self.quantities)
-        place = np.empty((n, n), dtype=np.intp)
-        for k, (i, j) in enumerate(self.pairs):
-            place[i, j] = place[j, i] = k
-        return place.ravel()
-
-    @cached_property
     def spans(self) -> Mapping[str, slice]:
         """Of each kind of number."""
         k, n, m = self.hypotheses, len(self.quantities), len(self.pairs)
@@ -83,21 +74,65 @@ class Layout:
         return {name: slice(int(a), int(b)) for name, a, b in zip(sizes, ends, ends[1:], strict=False)}
 
 
+def probabilities(log_weight: Array) -> Array:
+    """Of hypotheses, by the logarithms of their weights.
+
+    Example:
+        >>> probabilities(np.log([1.0, 3.0])).tolist()
+        [0.25, 0.75]
+    """
+    shares = np.exp(log_weight - log_weight.max())
+    return np.asarray(shares / shares.sum())
+
+
+@lru_cache(maxsize=8)
+def square(n: int) -> NDArray[np.intp]:
+    """Of each entry of a covariance of so many quantities its place in the upper triangle, row after row."""
+    places = np.zeros((n, n), dtype=np.intp)
+    upper = np.triu_indices(n)
+    places[upper] = np.arange(len(upper[0]))
+    return np.asarray(np.maximum(places, places.T))
+
+
 @dataclass(frozen=True)
 class Trace:
     """What the hypotheses were in consecutive samples."""
 
     # mean_before, covariance_before: before a measurement, shapes (samples, hypotheses, quantities) and (samples,
-    # hypotheses, quantities, quantities) [SI]; the latter in `updates` and in the last sample
+    # hypotheses, entries of the upper triangle) [SI]
     mean_before: Array
     covariance_before: Array
     # mean, covariance: after it, of the same shapes
     mean: Array
     covariance: Array
-    parent: NDArray[np.int64]  # the hypothesis that each one continues, of the same shape
+    unknown: Array  # variance of the position beside these, before and after it [m2], shape (samples, 2)
+    parent: NDArray[np.int64]  # the hypothesis that each one continues, shape (samples, hypotheses)
     independent: NDArray[np.bool_]  # whether its position is another one since then, of the same shape
     travel_by: Array  # derivatives of the travel by the quantities, shape (samples, quantities); 0 by the position
     aside: Mapping[str, Array]  # by the names in `ASIDE`, shape (samples,)
+
+    def before(self, sample: int, hypotheses: NDArray[np.int64]) -> Array:
+        """Covariances before the measurement of a sample, shape (hypotheses, quantities, quantities)."""
+        found: Array = self.covariance_before[sample, hypotheses][:, square(self.mean.shape[2])]
+        found[:, 0, 0] += self.unknown[sample, 0]
+        return found
+
+    def after(self, sample: int, hypotheses: NDArray[np.int64]) -> Array:
+        """The same after it."""
+        found: Array = self.covariance[sample, hypotheses][:, square(self.mean.shape[2])]
+        found[:, 0, 0] += self.unknown[sample, 1]
+        return found
+
+    def rows(self, span: slice, hypotheses: NDArray[np.int64], quantities: NDArray[np.int64]) -> Array:
+        """Rows of these, after the measurements of samples, shape (samples, rows, quantities).
+
+        Args:
+            hypotheses: of each row its hypothesis.
+            quantities: and its quantity.
+        """
+        found: Array = self.covariance[span][:, hypotheses[:, None], square(self.mean.shape[2])[quantities]]
+        found[:, quantities == 0, 0] += self.unknown[span, 1][:, None]
+        return found
 
     @cached_property
     def updates(self) -> NDArray[np.bool_]:
@@ -146,6 +181,32 @@ class Tracer:
         """
         return replay(self.sensor.recursion, inputs, self.sensor.parameters, state)
 
+    def alike(self, state: Array, other: Array, close: float) -> bool:
+        """Whether a place was measured, and what is known is the same in two states of the sensor.
+
+        Args:
+            close: root mean square over the hypotheses of the largest difference of a mean over its deviation, or of a
+                deviation's logarithm; and sum of the differences of their probabilities.
+        """
+        order, (means, variances, weights) = self.sensor.recursion.state, self._uncertain
+        if min(state[order.index(IS_REFERENCED)], other[order.index(IS_REFERENCED)]) == 0.0:
+            return False
+        std, was = np.sqrt(state[variances]) + TINY, np.sqrt(other[variances]) + TINY
+        off = state[means] - other[means]
+        off[:, 0] += state[order.index(POSITION)] - other[order.index(POSITION)]
+        apart = np.maximum(np.abs(off) / np.minimum(std, was), np.abs(np.log(std / was))).max(axis=1)
+        chances, before = probabilities(state[weights]), probabilities(other[weights])
+        return bool(chances @ apart**2 <= close**2 and np.abs(chances - before).sum() <= close)
+
+    @cached_property
+    def _uncertain(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+        """Places among the states: of the hypotheses' means and variances, a row each, and of their weights."""
+        order = {name: k for k, name in enumerate(self.sensor.recursion.state)}
+        names, known = [f"hypotheses[{k}]" for k in range(self.layout.hypotheses)], self.layout.quantities
+        means = [[order[f"{name}.{one}"] for one in known] for name in names]
+        variances = [[order[f"{name}.covariance[{one},{one}]"] for one in known] for name in names]
+        return np.array(means), np.array(variances), np.array([order[f"{name}.log_weight"] for name in names])
+
     def aside(self, rows: Array) -> dict[str, Array]:
         """What is traced of each sample beside the hypotheses, by the names in `ASIDE`."""
         return dict(zip(ASIDE, rows[:, self.layout.spans["aside"]].T, strict=True))
@@ -168,31 +229,17 @@ class Tracer:
         travel_by[:, [self.layout.quantities.index(one) for one in self.layout.steps]] = rows[:, at["travel_by"]]
         aside = self.aside(rows)
         start = self.start_variance * aside["by_start"]
-        covariance = self._square(rows, "covariance")
-        covariance[:, :, 0, 0] += (np.append(start[1:], 0.0) + unknown[:, 1])[:, None]
-        trace = Trace(
+        return Trace(
             mean_before=rows[:, at["mean_before"]].reshape(-1, k, n),
-            covariance_before=np.zeros((len(rows), k, n, n)),
+            covariance_before=rows[:, at["covariance_before"]].reshape(len(rows), k, -1),
             mean=rows[:, at["mean"]].reshape(-1, k, n),
-            covariance=covariance,
+            covariance=rows[:, at["covariance"]].reshape(len(rows), k, -1),
+            unknown=unknown + np.column_stack([start, np.append(start[1:], 0.0)]),
             parent=rows[:, at["parent"]].astype(np.int64),
             independent=rows[:, at["independent"]] > 0.5,  # 0 or 1
             travel_by=travel_by,
             aside=aside,
         )
-        needed = trace.updates.copy()
-        needed[-1:] = True
-        before = self._square(rows[needed], "covariance_before")
-        before[:, :, 0, 0] += (start + unknown[:, 0])[needed, None]
-        trace.covariance_before[needed] = before
-        return trace
-
-    def _square(self, rows: Array, name: str) -> Array:
-        """Covariances of all hypotheses, of their upper triangles."""
-        k, n, m = self.layout.hypotheses, len(self.layout.quantities), len(self.layout.pairs)
-        places = self.layout.spans[name].start + m * np.arange(k)[:, None] + self.layout.square
-        found: Array = np.take(rows, places.ravel(), axis=1, mode="clip").reshape(-1, k, n, n)
-        return found
 
 
 def _traced(unit: HydraulicUnit) -> VirtualSensor:

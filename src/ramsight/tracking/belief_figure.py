@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.arrays import Array
-from ramsight.hindsight.positions import probabilities
-from ramsight.hindsight.smoother import gone_through, silent
-from ramsight.hindsight.trace import Tracer
+from ramsight.hindsight.smoother import Forward, silent
+from ramsight.hindsight.trace import Tracer, probabilities
 from ramsight.logs.channel_map import AnyMap
 from ramsight.logs.opening import open_signals
 from ramsight.optional import needing
@@ -72,7 +71,7 @@ def instants(tracer: Tracer, pieces: Iterable[Signals], start: float | None, std
     time = log["time"].values
     tracer.sensor.start(start, std)
     begun = np.array(list(tracer.sensor.state.values()))
-    gone = gone_through(tracer, log_inputs(tracer.sensor, log), time, begun, (POSITION,), silent)
+    gone = Forward.through(tracer, log_inputs(tracer.sensor, log), time, begun, (POSITION,), silent)
     low = gone.said[POSITION]
     stroke, wanted, met = float(tracer.unit.cylinder.stroke), {0: "at first"}, dict[str, float]()
     for k in (one.sample for one in gone.innovations.measured if one.accepted):
@@ -104,7 +103,7 @@ def _instant(tracer: Tracer, row: Array, time: float, why: str) -> Instant:
         high=float(said[HIGHEST]),
         status=Status(int(said[STATUS])),
         places=trace.mean[0, :, 0],
-        stds=np.sqrt(trace.covariance[0, :, 0, 0] + beside),
+        stds=np.sqrt(trace.after(0, np.arange(tracer.layout.hypotheses))[:, 0, 0] + beside),
         chances=probabilities(tracer.log_weight(row[None])[0]),
     )
 
