@@ -5,6 +5,7 @@ with its constant times and over 1.5, and it has to fail. Which test is which co
 """
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import casadi as ca
@@ -203,6 +204,23 @@ def test_oil_does_not_change_by_ten_kelvin_from_sample_to_sample(at, beyond):
     state = ThermometerState(filtered=ca.SX(313.15), good_for=ca.SX(60.0))
     _, oil = read_thermometer(state, ca.SX(313.15 + at), ca.SX(0.02), ca.SX(0.02))
     assert value(oil.good) == (not beyond)
+
+
+def stands(seconds, least_change):
+    """Whether a report that has changed by so much at least, and stands for so long at work, is of no use."""
+    state = ThermometerState(filtered=ca.SX(313.15), good_for=ca.SX(60.0), reported=ca.SX(313.15))
+    state = replace(state, stands_for=ca.SX(seconds), least_change=ca.SX(least_change))
+    return value(read_thermometer(state, ca.SX(313.15), ca.SX(0.02), ca.SX(0.0))[1].variance) > 0.0
+
+
+@decides(300.0)
+def test_oil_at_work_does_not_keep_its_temperature_within_a_kelvin_for_five_minutes(at, beyond):
+    assert stands(at, 1.0) == beyond
+
+
+@decides(0.1)
+def test_a_thermometer_need_not_show_less_than_a_tenth_of_a_kelvin(at, beyond):
+    assert stands(300.0 * at, 0.0) == beyond
 
 
 def warmed(reported, before=20.0):
