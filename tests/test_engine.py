@@ -12,7 +12,7 @@ from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import generated_module, instructions
 from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.engine.graph import graph_of
-from ramsight.engine.recursion import Graph, Recursion, replay, replay_many
+from ramsight.engine.recursion import Graph, Recursion, Sampled, replay, replay_many
 from ramsight.engine.run import Outcome, Segments, integrate, outputs
 
 
@@ -217,15 +217,29 @@ def test_machine_code_passes_not_a_number_on(compiled_operations):
     assert all(np.isnan(by_name[name]) for name in ("sum", "exp", "tanh", "root", "log", "power", "angle"))
 
 
-def test_a_recursion_steps_the_same_alone_and_in_a_row():
+def adding():
+    """What adds up, by a factor."""
     x, u, p = ca.SX.sym("x", 2), ca.SX.sym("u", 1), ca.SX.sym("p", 1)
-    recursion = Recursion(
-        ("a", "b"),
-        ("u",),
-        ("p",),
-        ("y",),
-        lambda: Graph(x, u, p, ca.vertcat(x[0] + p * u, x[0] * 0.5 + x[1]), x[0] + x[1] + u),
-    )
+    graph = Graph(x, u, p, ca.vertcat(x[0] + p * u, x[0] * 0.5 + x[1]), x[0] + x[1] + u)
+    return Recursion(("a", "b"), ("u",), ("p",), ("y",), lambda: graph)
+
+
+def test_a_recursion_that_is_taken_sample_by_sample_is_the_same():
+    recursion, state, alone = adding(), np.zeros(2), np.zeros(2)
+    inputs, factor = np.random.default_rng(1).standard_normal((20, 1)), np.array([0.3])
+    sampled = Sampled(recursion, factor, state)
+    first, second = inputs[:10], inputs[10:]
+    said = [float(sampled.step(row)[0]) for row in first]
+    assert said == replay(recursion, first, factor, alone)[:, 0].tolist()
+    assert state.tolist() == alone.tolist(), "the state is the caller's"
+    factor[0] = 0.7
+    sampled.prepare()
+    said = [float(sampled.step(row)[0]) for row in second]
+    assert said == replay(recursion, second, factor, alone)[:, 0].tolist()
+
+
+def test_a_recursion_steps_the_same_alone_and_in_a_row():
+    recursion = adding()
     inputs = np.random.default_rng(0).standard_normal((50, 1))
     state, alone = np.zeros(2), np.zeros(2)
     together = replay(recursion, inputs, np.array([0.3]), state)

@@ -1,5 +1,7 @@
 """The sensors on logs of a plant that is not ours, and what a sensor may and may not know."""
 
+import copy
+
 import numpy as np
 import pytest
 import xarray
@@ -105,6 +107,24 @@ def test_a_step_at_a_time_is_the_same_as_a_whole_log(trace, sensors, kind):
             float(row["time"]), float(row["motor_speed"]), float(row["motor_torque"]), float(row["oil_temperature"])
         )
         assert estimate.position == whole["position"].values[k]
+
+
+def test_a_step_goes_on_from_whatever_state_it_is_given(sensors):
+    """A start, a state that is set and a copy each have a state of their own, and what was said stays until a step."""
+    sensor = copy.copy(sensors["boom", "balance"])
+    sample = {"motor_speed": 150.0, "motor_torque": 60.0, "oil_temperature": 313.15}
+    sensor.start(0.3)
+    first = sensor.step(0.0, **sample).position
+    kept, other = sensor.state, copy.copy(sensor)
+    second = sensor.step(0.02, **sample).position
+    assert second != first
+    assert other.estimate.position == first
+    assert other.step(0.02, **sample).position == second
+    sensor.state = kept
+    assert sensor.step(0.02, **sample).position == second
+    sensor.start(0.4)
+    assert sensor.step(0.0, **sample).position == pytest.approx(0.4, abs=1e-3)
+    assert other.estimate.position == second
 
 
 @pytest.mark.parametrize("kind", ["balance", "table"])

@@ -120,7 +120,7 @@ class PositionControl:
         if not 0.0 <= target <= stroke:
             raise ValueError(f"target {1e3 * target:g} mm is not within the stroke, 0 to {1e3 * stroke:g} mm")
         limits = self.limits.at(speed, acceleration)
-        self._live.parameters[0] = limits.acceleration
+        self._live.set_parameter(0, limits.acceleration)
         self._take_up(Event.SENT, _Order(Ask.POSITION, target, speed=limits.speed))
 
     def steer(self, velocity: float) -> None:

@@ -58,6 +58,20 @@ class NativeFunction:
 
     def __call__(self, *arguments: Any) -> int:
         """Run it; the interpreter's lock is released meanwhile."""
+        entry, values = self._called(arguments)
+        return entry(*values)
+
+    def bound(self, *arguments: Any) -> Callable[[], int]:
+        """It with arguments that stay the same arrays, to be run without another look at them."""
+        entry, values = self._called(arguments)
+
+        def run(_alive: tuple[Any, ...] = arguments) -> int:
+            return entry(*values)
+
+        return run
+
+    def _called(self, arguments: tuple[Any, ...]) -> tuple[Callable[..., int], list[Any]]:
+        """What is called for these, and with what."""
         kinds: list[tuple[str, int]] = []
         values: list[Any] = []
         for one in arguments:
@@ -71,8 +85,7 @@ class NativeFunction:
             else:
                 kinds.append(_NUMBER)
                 values.append(one)
-        entry = self._entries.get(tuple(kinds)) or self._entry(tuple(kinds))
-        return entry(*values)
+        return self._entries.get(tuple(kinds)) or self._entry(tuple(kinds)), values
 
     def _entry(self, kinds: Kinds) -> Callable[..., int]:
         with _lock:

@@ -21,9 +21,7 @@ _BESIDE = 4
 more than a first-level cache holds, and a sample of each takes a tenth longer than with four."""
 
 _REPLAY = """
-def replay(inputs, p, state, out):
-    q = np.empty(NQ)
-    prepare(p, q)
+def replay(inputs, q, state, out):
     for i in range(inputs.shape[0]):
         advance(state, inputs[i], q, out[i])
 """
@@ -139,6 +137,13 @@ def _compile_lanes(recursion: Recursion) -> CompiledModule:
     return generated_module(functions, constants | {"W": _BESIDE}, _REPLAY_LANES, {"advance": _BESIDE})
 
 
+def _held(compiled: CompiledModule, parameters: Array) -> Array:
+    """What is computed of the parameters alone."""
+    held = np.empty(compiled.NQ)
+    compiled.prepare(parameters, held)
+    return held
+
+
 def replay(
     recursion: Recursion,
     inputs: Array,
@@ -158,10 +163,10 @@ def replay(
         The outputs, shape (samples, outputs).
     """
     compiled = _compile(recursion)
-    out = np.empty((len(inputs), len(recursion.outputs)))
+    held, out = _held(compiled, parameters), np.empty((len(inputs), len(recursion.outputs)))
     for first in range(0, len(inputs), _CHUNK):
         rows = slice(first, first + _CHUNK)
-        compiled.replay(inputs[rows], parameters, state, out[rows])
+        compiled.replay(inputs[rows], held, state, out[rows])
         if advance is not None:
             advance(len(inputs[rows]))
     return out
@@ -221,28 +226,62 @@ def recursion_of(
     return Recursion(names[0], names[1], constants, tuple(outputs), lambda: graph)
 
 
+class Sampled:
+    """A recursion that is taken sample by sample, in memory that is made once.
+
+    Args:
+        state: first one, shape (states,); is overwritten by the state after each sample.
+
+    Attributes:
+        out: outputs of the last sample; overwritten by the next one.
+        prepare: is called after parameters have changed.
+    """
+
+    def __init__(self, recursion: Recursion, parameters: Array, state: Array) -> None:
+        compiled = _compile(recursion)
+        self.parameters, self.state = parameters, state
+        self._inputs, out = np.empty((1, len(recursion.inputs))), np.empty((1, len(recursion.outputs)))
+        self.out: Array = out[0]
+        held = _held(compiled, parameters)
+        self._run = compiled.replay.bound(self._inputs, held, state, out)
+        self.prepare: Callable[[], int] = compiled.prepare.bound(parameters, held)
+
+    def step(self, inputs: Sequence[float]) -> Array:
+        """The outputs of the next sample."""
+        self._inputs[0] = inputs
+        self._run()
+        return self.out
+
+
 class Live:
     """A recursion that goes on sample by sample."""
 
     def __init__(self, recursion: Recursion, initial: object, parameters: Sequence[float] = ()) -> None:
-        self.recursion, self.parameters = recursion, np.array(parameters, dtype=np.float64)
-        self._state = initial_values(initial)
+        self.recursion = recursion
+        self._parameters, self._state = np.array(parameters, dtype=np.float64), initial_values(initial)
+
+    @cached_property
+    def _sampled(self) -> Sampled:
+        return Sampled(self.recursion, self._parameters, self._state)
 
     def compiled(self) -> Live:
         """The same with its machine code made, so that the first sample takes no longer than others."""
-        _compile(self.recursion)
+        _ = self._sampled
         return self
 
     def step(self, inputs: Sequence[float]) -> list[float]:
         """The outputs of a sample."""
-        found: list[float] = replay(self.recursion, np.array([inputs], dtype=np.float64), self.parameters, self._state)[
-            0
-        ].tolist()
+        found: list[float] = self._sampled.step(inputs).tolist()
         return found
 
     def set(self, name: str, value: float) -> None:
         """Give a state another value."""
         self._state[self.recursion.state.index(name)] = value
+
+    def set_parameter(self, place: int, value: float) -> None:
+        """Give a parameter another value."""
+        self._parameters[place] = value
+        self._sampled.prepare()
 
     @property
     def state(self) -> dict[str, float]:
@@ -251,4 +290,4 @@ class Live:
 
     @state.setter
     def state(self, values: Mapping[str, float]) -> None:
-        self._state = np.array([values[name] for name in self.recursion.state], dtype=np.float64)
+        self._state[:] = [values[name] for name in self.recursion.state]

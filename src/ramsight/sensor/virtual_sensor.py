@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.recursion import Graph, Recursion, replay
+from ramsight.engine.recursion import Graph, Recursion, Sampled, replay
 from ramsight.engine.typed_state import Leaf, column, initial_values, leaves
 from ramsight.errors import LogError, RamsightError
 from ramsight.expression import Flag, Real, Scalar, all_of, negated, replaced_where
@@ -203,6 +203,7 @@ class VirtualSensor:
     sections: Callable[[], tuple[tuple[str, Any, Any], ...]] = field(default=tuple, repr=False)
     _state: Array = field(init=False, repr=False)
     _says: Array = field(init=False, repr=False)
+    _sampled: Sampled | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         self._state = self.initial.copy()
@@ -326,12 +327,19 @@ class VirtualSensor:
         names = self.further
         if unknown := set(others) - set(names):
             raise ValueError(f"unknown input {min(unknown)!r} (known: {', '.join(names) or 'none'})")
-        known = reference is not None and math.isfinite(reference)
-        at = reference if known else 0.0
+        at = math.nan if reference is None else reference
+        known = math.isfinite(at)
         further = (others.get(name, math.nan) for name in names)
-        sample = np.array([[time, motor_speed, motor_torque, oil_temperature, at, known, *further]], dtype=np.float64)
-        self._says = replay(self.recursion, sample, self.parameters, self._state)[0]
+        given = (time, motor_speed, motor_torque, oil_temperature, at if known else 0.0, known, *further)
+        self._says = self._by_sample().step(given)
         return self.estimate
+
+    def _by_sample(self) -> Sampled:
+        """Its step for one sample at a time."""
+        made = self._sampled
+        if made is None or made.state is not self._state or made.parameters is not self.parameters:
+            made = self._sampled = Sampled(self.recursion, self.parameters, self._state)
+        return made
 
     @property
     def estimate(self) -> Estimate:
