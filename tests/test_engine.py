@@ -1,5 +1,7 @@
 """The engine alone: machine code against CasADi, elimination against numpy, the method's order, ways to fail."""
 
+from dataclasses import dataclass
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -12,8 +14,9 @@ from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import generated_module, instructions
 from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.engine.graph import graph_of
-from ramsight.engine.recursion import Graph, Recursion, Sampled, replay, replay_many
+from ramsight.engine.recursion import Graph, Live, Recursion, Sampled, replay, replay_many
 from ramsight.engine.run import Outcome, Segments, integrate, outputs
+from ramsight.engine.typed_state import leaf
 
 
 def equation(rhs, *, names, n_parameters=0, tolerance=1e-12, extra=()):
@@ -236,6 +239,24 @@ def test_a_recursion_that_is_taken_sample_by_sample_is_the_same():
     sampled.prepare()
     said = [float(sampled.step(row)[0]) for row in second]
     assert said == replay(recursion, second, factor, alone)[:, 0].tolist()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sums:
+    a: ca.SX = leaf("1")
+    b: ca.SX = leaf("1")
+
+
+def test_a_live_recursion_takes_another_parameter_and_another_state():
+    live = Live(adding(), Sums(), [0.3])
+    assert live.step([1.0]) == [1.0]
+    live.set_parameter(0, 0.7)
+    assert live.step([1.0]) == [pytest.approx(1.3)]
+    assert live.state == {"a": pytest.approx(1.0), "b": pytest.approx(0.15)}
+    live.set("a", 2.0)
+    assert live.step([0.0]) == [pytest.approx(2.15)]
+    live.state = {"a": 5.0, "b": 0.0}
+    assert live.step([0.0]) == [5.0]
 
 
 def test_a_recursion_steps_the_same_alone_and_in_a_row():

@@ -70,7 +70,7 @@ class _Known:
 
     @classmethod
     def of(cls, gone: Forward, names: set[str]) -> _Known:
-        """Nothing as yet.
+        """With nothing known yet.
 
         Args:
             names: of the sensor's outputs, of which the factors are looked back at.
