@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from ramsight._version import __version__
 from ramsight.circuit_picture import draw_circuits_by
+from ramsight.late import late
 
 if TYPE_CHECKING:
     from ramsight.api.calibrating import identify, identify_values, leak_test
@@ -130,16 +131,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "tracking.position_errors": ("ComparisonError",),
         "tracking.named_faults": ("NamedFault", "named_faults"),
     }  # fmt: skip
-    _HOME = {name: home for home, names in _HOMES.items() for name in names}
-
-    def __getattr__(name):
-        """Import what is asked for first; most of it is heavy."""
-        if name not in _HOME:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        from importlib import import_module
-
-        globals()[name] = found = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-        return found
+    __getattr__ = late(__name__, _HOMES)  # most of it is heavy
 
     def __dir__():
         """The public names alone."""
