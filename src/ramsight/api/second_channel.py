@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from ramsight.api.arguments import truth_of
-from ramsight.api.tracking import Quantity, track
+from ramsight.api.following import Quantity
+from ramsight.api.tracking import track
 from ramsight.argument_kinds import by_kind
 from ramsight.errors import DescriptionError, LogError
 from ramsight.intervals import true_intervals
@@ -23,10 +24,9 @@ from ramsight.plant.unit import assuming
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.signals import Dataset, Samples
+from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.tracking.comparing import (
     ALERTS,
-    LONGEST_ALERT,
-    TIME_TO_ALERT,
     TOLERANCE,
     Comparison,
     Drift,

@@ -112,7 +112,7 @@ def encoder(
     from ramsight.deploy.encoder.runner import limited_log_lines, open_bus, serve, until_stopped
     from ramsight.histories.adding import recorded, session_for, taking
     from ramsight.logs.channel_map import load_map
-    from ramsight.tracking.comparing import LONGEST_ALERT
+    from ramsight.tracking.availability import LONGEST_ALERT
 
     check_target(eds, (".eds",))
     check_apart({"the machine": machine, "--map": channel_map}, {"--state": state, "--eds": eds})

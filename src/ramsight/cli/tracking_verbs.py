@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -32,7 +32,13 @@ from ramsight.cli.common import (
 
 if TYPE_CHECKING:
     from ramsight.machine.description import Machine as Described
+    from ramsight.machine.requirement_description import Requirement as Required
+    from ramsight.plant.unit import HydraulicUnit
+    from ramsight.signals import Signals
     from ramsight.tool.tool_track import ToolPoint
+    from ramsight.tracking.pieces import Pieces
+
+_STYLE = "screen"
 
 
 def logs_inspect(
@@ -126,7 +132,7 @@ def track(
     width: Annotated[str | None, typer.Option(help='Of the picture: "88 mm".')] = None,
     style: Annotated[
         str, typer.Option(help="Of the picture: screen, or journal (small serif font, no title).")
-    ] = "screen",
+    ] = _STYLE,
     alarm_limit: Annotated[
         str | None,
         typer.Option(
@@ -209,80 +215,99 @@ def track(
         return
     log = logs[0]
     _refuse({"--align": align, "--cursor": cursor or None}, "needs several logs")
-    from ramsight.api.plotting import look_of
-    from ramsight.api.requirements import achieved, required_unit
-    from ramsight.api.tracking import availability_of, follow, start_of
-    from ramsight.errors import DescriptionError
+    from ramsight.api.following import availability_of, follow, start_of, true_position
+    from ramsight.api.requirements import required_unit
     from ramsight.machine import load_machine
     from ramsight.plant.build import build
     from ramsight.tracking.availability import TIME_TO_ALERT
-    from ramsight.tracking.credible import known_position
-    from ramsight.tracking.figures import tracked_figure, verbatim
 
-    _check_files(machine, log, sensor, channel_map, truth, out, (figure, belief, tool_figure), state)
-    if belief is not None and sensor != "kalman":
-        raise DescriptionError("has no hypotheses to draw", key="sensor", value=sensor, allowed="kalman")
-    if both and not hindsight:
-        raise DescriptionError("needs --hindsight beside it", key="both")
-    if tool is None and (beside or at or tool_figure is not None):
-        raise DescriptionError("needs --tool beside it", key="beside, at or tool-figure")
-    look = look_of(width, style, is_drawn=figure is not None or belief is not None)
+    figures = (figure, belief, tool_figure)
+    _check_files(machine, log, sensor, channel_map, truth, out, figures, state)
+    _check_together(sensor, figures, tool, others=bool(beside or at), hindsight=hindsight, both=both)
+    look = _look(width, style, is_drawn=figure is not None or belief is not None)
     description = load_machine(machine)
     built = required_unit(build(description, unit), require)
     position, std = start_of(built, start, start_std)
     asked = built.requirement
-    waits = TIME_TO_ALERT if time_to_alert is None else time_to_alert
-    available = availability_of(built, alarm_limit, waits)
+    available = availability_of(built, alarm_limit, TIME_TO_ALERT if time_to_alert is None else time_to_alert)
     with strictly(is_strict=strict):
-        true = known_position(truth, log, channel_map, built)
+        true = true_position(truth, log, channel_map, built)
         point = None if tool is None else _tool(description, tool, beside, at, channel_map)
         done = follow(
-            built,
-            log,
-            channel_map,
-            sensor=sensor,
-            start=position,
-            start_std=std,
-            state=state,
-            out=out,
+            built, log, channel_map, sensor=sensor, start=position, start_std=std, state=state, out=out,
             keep_track=true is not None or figure is not None or asked is not None or tool_figure is not None,
             keep_log=figure is not None or asked is not None,
             more=("mode", "reference", *(() if point is None else point.columns)),
-            tool=point,
-            available=available,
-            hindsight=hindsight,
-            both=both,
-            progress=True,
-            say=say_lines,
-        )
-        titled = description.title or description.name
-        title = verbatim(f"{titled}, {unit}: {log.name}")
-        if belief is not None:
-            from ramsight.tracking.belief_figure import tracked_belief
-
-            tracked_belief(built, log, channel_map, (position, std), true, title, belief, look)
-        if figure is not None and done.track is not None and done.log is not None:
-            tracked_figure(done.log, done.track, true, title, figure, look)
-        if tool_figure is not None and done.track is not None:
-            from ramsight.tool.tool_shown import draw_tool
-
-            draw_tool(done.track, verbatim(f"{titled}, {tool}: {log.name}"), tool_figure)
+            tool=point, available=available, hindsight=hindsight, both=both, progress=True, say=say_lines,
+        )  # fmt: skip
+        titles = [f"{description.title or description.name}, {what}: {log.name}" for what in (unit, tool)]
+        _draw(done, true, titles, figures, look, (built, log, channel_map, (position, std)))
         give(unit=unit, **done.figures, mistake=done.mistake)
         say_lines(done.summary)
         if true is not None and done.track is not None:
             _say_errors(done.track, true)
-        check = None if asked is None else achieved(done, true, asked, built)
-        if check is not None:
-            give(requirement={**plain(check), "is_met": check.is_met, "missing": check.missing})
-            say_lines(check.verdict)
-        say_written(out, figure, belief, tool_figure, None if done.is_contradicted else state)
+        is_missed = asked is not None and _say_achieved(done, true, asked, built)
+        say_written(out, *figures, None if done.is_contradicted else state)
         if done.mistake:
             say(f"likeliest mistake: {done.mistake}")
         useless = strict and not done.has_position
         if useless:
             say_error("no sample has a position: no end stop and no reference was met, and no --start was given")
-        if useless or (check is not None and true is not None and not check.is_met):
+        if useless or is_missed:
             raise typer.Exit(1)
+
+
+def _look(width: str | None, style: str, *, is_drawn: bool) -> Any:
+    """How a picture looks; None where none is drawn, and no look is asked for."""
+    if not is_drawn and width is None and style == _STYLE:
+        return None
+    from ramsight.api.plotting import look_of
+
+    return look_of(width, style, is_drawn=is_drawn)
+
+
+def _draw(
+    done: Pieces,
+    true: Signals | None,
+    titles: Iterable[str],
+    figures: tuple[Path | None, Path | None, Path | None],
+    look: Any,
+    begun: tuple[HydraulicUnit, Path, Path | None, tuple[float | None, float]],
+) -> None:
+    """Draw what is asked for: the track, what the sensor knows, the tool.
+
+    Args:
+        titles: of what shows the unit, and of what shows the tool.
+        begun: unit, log, map, and the position at first with its standard deviation.
+    """
+    if not any(figures):
+        return
+    from ramsight.tracking.figures import tracked_figure, verbatim
+
+    figure, belief, tool_figure = figures
+    of_unit, of_tool = map(verbatim, titles)
+    if belief is not None:
+        from ramsight.tracking.belief_figure import tracked_belief
+
+        tracked_belief(*begun, true, of_unit, belief, look)
+    if figure is not None and done.track is not None and done.log is not None:
+        tracked_figure(done.log, done.track, true, of_unit, figure, look)
+    if tool_figure is not None and done.track is not None:
+        from ramsight.tool.tool_shown import draw_tool
+
+        draw_tool(done.track, of_tool, tool_figure)
+
+
+def _say_achieved(done: Pieces, true: Signals | None, asked: Required, unit: HydraulicUnit) -> bool:
+    """Say what a track achieves of a requirement; whether a true position shows that it is missed."""
+    from ramsight.api.requirements import achieved
+
+    check = achieved(done, true, asked, unit)
+    if check is None:
+        return False
+    give(requirement={**plain(check), "is_met": check.is_met, "missing": check.missing})
+    say_lines(check.verdict)
+    return true is not None and not check.is_met
 
 
 def _say_errors(track: Any, true: Any) -> None:
@@ -325,7 +350,6 @@ def _overlaid(
     Args:
         asked: what is at 0 s, and at which instants to read.
     """
-    from ramsight.api.plotting import look_of
     from ramsight.api.second_channel import overlay
     from ramsight.optional import check_extra
     from ramsight.output import check_apart, check_figure, check_table
@@ -341,7 +365,7 @@ def _overlaid(
         **{f"log {k}": log for k, log in enumerate(logs, start=1)},
     }  # fmt: skip
     check_apart(read, {"--out": out, "--figure": figure})
-    look = look_of(width, style, is_drawn=figure is not None)
+    look = _look(width, style, is_drawn=figure is not None)
     runs = overlay(machine, logs, unit=unit, align=asked[0], cursors=asked[1], progress=True, **options)
     if out is not None:
         write_overlay(runs, out)
@@ -363,6 +387,21 @@ def _tool(
     logs = by_unit(beside, "beside", "bucket=bucket.csv")
     others = others_of(linked, logs, by_unit(at, "at", "bucket=250 mm"), channel_map)
     return tool_of(description, linked, tool, others)
+
+
+def _check_together(
+    sensor: str, figures: tuple[Path | None, ...], tool: str | None, *, others: bool, hindsight: bool, both: bool
+) -> None:
+    """Refuse options that need another one, or another sensor."""
+    from ramsight.errors import DescriptionError
+
+    _, belief, tool_figure = figures
+    if belief is not None and sensor != "kalman":
+        raise DescriptionError("has no hypotheses to draw", key="sensor", value=sensor, allowed="kalman")
+    if both and not hindsight:
+        raise DescriptionError("needs --hindsight beside it", key="both")
+    if tool is None and (others or tool_figure is not None):
+        raise DescriptionError("needs --tool beside it", key="beside, at or tool-figure")
 
 
 def _check_files(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ramsight.api.tracking import follow
+from ramsight.api.following import follow
 from ramsight.demo import AS_BUILT, LOG, MACHINE, POSITION, UNIT
 from ramsight.logs.truth import truth_signals
 from ramsight.normal import TWO_SIDED_95

@@ -15,7 +15,7 @@ import numpy as np
 
 from ramsight.api.calibrating import identify, leak_test
 from ramsight.api.commissioning import commission, report_of
-from ramsight.api.tracking import follow, start_of
+from ramsight.api.following import follow, start_of
 from ramsight.calibration.identify_report import summary as identified_summary
 from ramsight.calibration.leakage import leak_test_summary
 from ramsight.errors import LogError, LogWarning, RamsightError
