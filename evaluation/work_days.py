@@ -15,10 +15,10 @@ from judged_errors import turning_for
 from numpy.typing import NDArray
 
 from ramsight import machine
+from ramsight.arrays import true_intervals
 from ramsight.duty import report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
-from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import DdhUnit, build_ddh

@@ -14,8 +14,8 @@ from ramsight.api.arguments import truth_of
 from ramsight.api.following import Quantity
 from ramsight.api.tracking import track
 from ramsight.argument_kinds import by_kind
+from ramsight.arrays import true_intervals
 from ramsight.errors import DescriptionError, LogError
-from ramsight.intervals import true_intervals
 from ramsight.logs.channel_map import AnyMap
 from ramsight.machine.assumption_description import SURE_START
 from ramsight.normal import TWO_SIDED_95

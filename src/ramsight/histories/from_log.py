@@ -11,11 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ramsight.arrays import Array
+from ramsight.arrays import Array, true_intervals
 from ramsight.calibration.sensors import sensor_for
 from ramsight.errors import LogError
 from ramsight.histories.record import Learned, Record, begun
-from ramsight.intervals import true_intervals
 from ramsight.logs.channel_map import AnyMap
 from ramsight.logs.opening import open_signals
 from ramsight.plant.oil import Oil

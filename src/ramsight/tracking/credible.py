@@ -12,10 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ramsight.arrays import Array, Bools
+from ramsight.arrays import Array, Bools, true_intervals
 from ramsight.constant import Constant
 from ramsight.errors import LogError, warn_of_log
-from ramsight.intervals import true_intervals
 from ramsight.logs.channel_map import known_map
 from ramsight.logs.channels import POSITION, is_command
 from ramsight.logs.mapped import ChannelMap
