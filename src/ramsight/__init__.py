@@ -88,50 +88,7 @@ __all__ = [
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # so that a type checker sees the imports above, and knows every other name for a mistake
-    _HOMES = {
-        "api.calibrating": ("identify", "identify_values", "leak_test"),
-        "api.commissioning": ("commission",),
-        "api.second_channel": ("compare", "overlay"),
-        "api.shared_reports": ("check_shared",),
-        "api.duties": ("duty_for", "lift_lower"),
-        "api.exporting": (
-            "diagnostic_coverage", "export_c", "export_fmeda", "export_fmu", "export_page", "export_parameters",
-            "export_ssp", "export_wasm",
-        ),
-        "api.histories": ("history", "history_add", "history_event", "history_report"),
-        "api.live_plant": ("LivePlant",),
-        "api.machines": ("catalogue",),
-        "api.plotting": ("draw", "plot"),
-        "api.simulating": ("drive_report", "simulate"),
-        "api.simulating_many": ("simulate_many",),
-        "api.studying": ("Study",),
-        "api.tolerance_deriving": ("derive_tolerance",),
-        "api.tool_places": ("tool_place",),
-        "api.tracking": ("sensor_for", "track"),
-        "api.live_weighing": ("LiveWeighing",),
-        "api.weighing": ("weigh",),
-        "calibration.identify_record": ("IdentifyError",),
-        "calibration.leakage": ("LeakTestError",),
-        "duty.drive_response": ("DriveResponse",),
-        "duty.profile": ("Duty", "Profile"),
-        "errors": (
-            "DescriptionError", "LogError", "LogWarning", "MissingColumnError", "MissingPackageError",
-            "OutputError", "RamsightError",
-            "SimulationError", "UnknownNameError",
-        ),
-        "histories.history_store": ("HistoryError",),
-        "logs": ("open_log", "read_log"),
-        "machine": ("load_machine",),
-        "plant.as_built": ("AsBuilt",),
-        "plant.build": ("build",),
-        "plant.model": ("casadi_model",),
-        "sensor.contacts.mode": ("Mode",),
-        "sensor.status": ("Status",),
-        "sensor.virtual_sensor": ("Estimate", "StartError"),
-        "tracking.position_errors": ("ComparisonError",),
-        "tracking.named_faults": ("NamedFault", "named_faults"),
-    }  # fmt: skip
-    __getattr__ = late(__name__, _HOMES)  # most of it is heavy
+    __getattr__ = late(__name__)  # most of it is heavy
 
     def __dir__():
         """The public names alone."""

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from ramsight.logs.opening import open_log
     from ramsight.logs.truth import read_truth
 else:
-    __getattr__ = late(__name__, {
-        "channel_map": ("load_map",), "drive_log": ("read_log", "write_log"), "mapped": ("ChannelMap",),
-        "opening": ("open_log",), "truth": ("read_truth",),
-    })  # fmt: skip
+    __getattr__ = late(__name__)
 
 __all__ = ["ChannelMap", "load_map", "open_log", "read_log", "read_truth", "write_log"]
