@@ -26,7 +26,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import VirtualSensor
-from ramsight.tracking.position_errors import stop_visits
+from ramsight.tracking.track_errors import stop_visits
 
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
 _STARTS = 0.5  # s after the motor has started, from when on the position counts

@@ -11,12 +11,8 @@ from hypothesis import strategies as st
 from evaluation.judged_errors import judge
 from ramsight.errors import RamsightError
 from ramsight.logs import read_truth
-from ramsight.tracking.position_errors import (
-    ComparisonError,
-    position_errors,
-    stop_visits,
-    track_errors,
-)
+from ramsight.tracking import first_stop_contact, position_errors
+from ramsight.tracking.track_errors import ComparisonError, stop_visits, track_errors
 
 TIME = np.arange(0.0, 10.0, 0.1)
 TRUTH = 0.4 + 0.3 * np.sin(TIME)
@@ -90,10 +86,20 @@ def test_what_cannot_be_compared_is_refused_in_one_line(arguments, until, part):
     assert len(str(caught.value).splitlines()) == 1
 
 
+def test_the_first_touch_of_either_stop_is_found():
+    assert first_stop_contact([0.0, 1.0, 2.0], [0.5, 0.0, 0.5], 1.0) == 1.0
+    assert first_stop_contact([0.0, 1.0, 2.0], [0.5, 1.0, 0.0], 1.0) == 1.0
+    assert first_stop_contact([0.0, 1.0], [0.5, 0.99], 1.0) is None
+    assert first_stop_contact([0.0, 1.0], [0.5, 0.99], 1.0, tolerance=0.02) == 1.0
+    assert first_stop_contact([3.0], [0.0], 1.0) == 3.0
+
+
 def test_warm_oil_brings_the_recorded_boom_to_its_lower_stop(trace):
     warm, cold = (read_truth(trace(f"boom_441kN_{degrees}C").truth) for degrees in (60, 20))
-    assert 15.0 < stop_visits(warm.time, warm.position, 0.79, tolerance=1e-3)[0] < 27.5
-    assert not stop_visits(cold.time, cold.position, 0.79, tolerance=1e-3).size
+    contact = first_stop_contact(warm.time, warm.position, 0.79, tolerance=1e-3)
+    assert contact is not None
+    assert 15.0 < contact < 27.5
+    assert first_stop_contact(cold.time, cold.position, 0.79, tolerance=1e-3) is None
 
 
 def test_what_is_said_to_be_invalid_is_counted_apart():

@@ -23,7 +23,7 @@ NOT_FOR_A_SECOND_TRACK = (
     "xarray", "pandas", "scipy", "matplotlib", "pyarrow", "dask", "pint", "ramsight.engine.llvm",
     "ramsight.sensor.kalman", "ramsight.sensor.belief.bank", "ramsight.calibration.movement", "ramsight.control",
     "ramsight.sensor.persistence", "ramsight.plant.composed", "ramsight.logs.source_can", "ramsight.logs.counter",
-    "ramsight.tracking.figures", "ramsight.tracking.position_errors", "ramsight.cli.machine_verbs",
+    "ramsight.tracking.figures", "ramsight.tracking.track_errors", "ramsight.cli.machine_verbs",
 )  # fmt: skip
 MODULES, LINES = 123, 19_000
 """Of ramsight, that a second track loads at most."""

@@ -73,7 +73,7 @@ if TYPE_CHECKING:
     from ramsight.sensor.status import Status
     from ramsight.sensor.virtual_sensor import Estimate, StartError
     from ramsight.tracking.named_faults import NamedFault, named_faults
-    from ramsight.tracking.position_errors import ComparisonError
+    from ramsight.tracking.track_errors import ComparisonError
 
 __all__ = [
     "AsBuilt", "ComparisonError", "DescriptionError", "DriveResponse", "Duty", "Estimate", "HistoryError",
@@ -88,10 +88,5 @@ __all__ = [
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # so that a type checker sees the imports above, and knows every other name for a mistake
-    __getattr__ = late(__name__)  # most of it is heavy
-
-    def __dir__():
-        """The public names alone."""
-        return sorted(__all__)
-
+    __getattr__, __dir__ = late(__name__)  # most of it is heavy
     draw_circuits_by(lambda unit, name: __getattr__("draw")(unit, unit=name))

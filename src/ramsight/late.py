@@ -11,15 +11,15 @@ from typing import Any
 _CHECKED = "TYPE_CHECKING"
 
 
-def late(face: str) -> Callable[[str], Any]:
-    """The `__getattr__` of a face: what it imports under ``if TYPE_CHECKING`` is there for others, too.
+def late(face: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """The `__getattr__` and `__dir__` of a face: what it imports under ``if TYPE_CHECKING`` is there for others, too.
 
     Args:
         face: dotted name of the room.
 
     Example:
         >>> from ramsight import logs
-        >>> late("ramsight.logs")("load_map").__module__
+        >>> late("ramsight.logs")[0]("load_map").__module__
         'ramsight.logs.channel_map'
     """
 
@@ -30,7 +30,7 @@ def late(face: str) -> Callable[[str], Any]:
         setattr(sys.modules[face], name, one)
         return one
 
-    return found
+    return found, lambda: sorted(sys.modules[face].__all__)
 
 
 @cache

@@ -40,7 +40,7 @@ from ramsight.study.datasheet.sheet_requirement import mending
 from ramsight.study.datasheet.studied_duties import Work
 from ramsight.study.datasheet.study_plan import plan
 from ramsight.tracking.credible import known_position
-from ramsight.tracking.position_errors import ComparisonError
+from ramsight.tracking.track_errors import ComparisonError
 from ramsight.units import format_si
 
 _DAY, _VISIT_EVERY = 360.0, 45.0  # s, of the work day whose sensitivities are looked at

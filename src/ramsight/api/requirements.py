@@ -46,8 +46,8 @@ def achieved(done: Pieces, truth: Samples | None, asked: Requirement, unit: Hydr
     """
     if done.track is None or done.log is None:
         return None
-    from ramsight.tracking.position_errors import with_error
     from ramsight.tracking.requirement_check import require
+    from ramsight.tracking.track_errors import with_error
 
     kept = {name: done.log[name] for name in ("motor_speed", "reference") if name in done.log}
     track = Signals({**done.track.columns, **kept})

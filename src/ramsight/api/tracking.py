@@ -17,7 +17,7 @@ from ramsight.sensor.inputs.sample import REPORTED
 from ramsight.sensor.thresholds import START_STD
 from ramsight.signals import Dataset
 from ramsight.tracking.availability import TIME_TO_ALERT
-from ramsight.tracking.position_errors import judged
+from ramsight.tracking.track_errors import judged
 
 
 @by_kind

@@ -312,7 +312,7 @@ def _say_achieved(done: Pieces, true: Signals | None, asked: Required, unit: Hyd
 
 def _say_errors(track: Any, true: Any) -> None:
     """Say how far a track is off, and the live sensor's where both are in it."""
-    from ramsight.tracking.position_errors import error_text, errors_of, live_of
+    from ramsight.tracking.track_errors import error_text, errors_of, live_of
 
     errors = errors_of(track, true)
     give(errors=errors)

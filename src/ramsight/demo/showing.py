@@ -21,7 +21,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.thresholds import START_STD
 from ramsight.signals import Signals
 from ramsight.tracking import figures
-from ramsight.tracking.position_errors import stop_visits, with_error
+from ramsight.tracking.track_errors import stop_visits, with_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

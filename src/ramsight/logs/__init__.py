@@ -17,6 +17,6 @@ if TYPE_CHECKING:
     from ramsight.logs.opening import open_log
     from ramsight.logs.truth import read_truth
 else:
-    __getattr__ = late(__name__)
+    __getattr__, __dir__ = late(__name__)
 
 __all__ = ["ChannelMap", "load_map", "open_log", "read_log", "read_truth", "write_log"]

@@ -33,7 +33,7 @@ from ramsight.machine.reading import AnyMachine, from_catalogue, load_machine, l
 if TYPE_CHECKING:
     from ramsight.machine.template_text import json_schema, template
 else:
-    __getattr__ = late(__name__)
+    __getattr__, __dir__ = late(__name__)
 
 __all__ = [
     "FORMAT", "AnticavitationValve", "AnyMachine", "Assumptions", "Composed", "Cylinder", "DirectDriven", "Drive",

@@ -43,7 +43,7 @@ from ramsight.studio.thinning import keep
 from ramsight.tracking.credible import truth_in
 from ramsight.tracking.end_visits import visits
 from ramsight.tracking.figures import tracked_figure, verbatim
-from ramsight.tracking.position_errors import error_text, errors_of
+from ramsight.tracking.track_errors import error_text, errors_of
 from ramsight.units import parse
 
 VIEW, TRACK, REPORT = "view", "track.csv", "report.html"

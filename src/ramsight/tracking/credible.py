@@ -24,7 +24,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.thresholds import PRESSURE_ABOVE, PRESSURE_BELOW
 from ramsight.signals import TIME, Dataset, Samples, Signals
-from ramsight.tracking.position_errors import ComparisonError
+from ramsight.tracking.track_errors import ComparisonError
 
 OUTSIDE = Constant(0.05, "1", "of the stroke, by which a position may lie outside it: a sensor's zero is never exact")
 _FASTER = Constant(3.0, "1", "times the pump's fastest piston: a load that runs ahead, while valves let it")

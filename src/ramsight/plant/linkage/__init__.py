@@ -14,4 +14,4 @@ if TYPE_CHECKING:
     from ramsight.plant.linkage.mechanism import Mechanism, build_mechanism
     from ramsight.plant.linkage.survey import angles, holding_forces, joints, points, positions, potential, tip
 else:  # who asks for the lever alone needs none of it
-    __getattr__ = late(__name__)
+    __getattr__, __dir__ = late(__name__)

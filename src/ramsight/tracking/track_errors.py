@@ -132,6 +132,34 @@ def position_errors(
     )
 
 
+def first_stop_contact(
+    truth_time: ArrayLike, truth_position: ArrayLike, stroke: float, *, tolerance: float = 1e-4
+) -> float | None:
+    """When the piston first touches an end stop, after which an estimate is no longer dead reckoning alone.
+
+    Args:
+        truth_time: times [s], shape (n,), increasing.
+        truth_position: true position [m], shape (n,).
+        stroke: stroke of the cylinder [m].
+        tolerance: how near to a stop counts as touching it [m].
+
+    Returns:
+        Time of the first sample within ``tolerance`` of either stop [s], or None if there is none.
+
+    Raises:
+        ComparisonError: lengths differ, times do not increase, or the series is empty.
+
+    Example:
+        >>> first_stop_contact([0.0, 1.0, 2.0], [0.2, 0.1, 0.0], 0.79)
+        2.0
+        >>> first_stop_contact([0.0, 1.0], [0.2, 0.3], 0.79) is None
+        True
+    """
+    time, position = _series(truth_time, truth_position, "truth")
+    touching = (position <= tolerance) | (position >= stroke - tolerance)
+    return float(time[np.argmax(touching)]) if touching.any() else None
+
+
 def stop_visits(truth_time: ArrayLike, truth_position: ArrayLike, stroke: float, *, tolerance: float = 2e-3) -> Array:
     """When the piston came to an end stop [s], shape (visits,).
 
