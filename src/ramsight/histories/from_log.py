@@ -90,12 +90,7 @@ class Following:
 
 
 def record_of(
-    unit: HydraulicUnit,
-    sensor: VirtualSensor,
-    seen: Counted,
-    name: str,
-    when: tuple[float, str],
-    digest: str = "",
+    unit: HydraulicUnit, sensor: VirtualSensor, seen: Counted, name: str, when: tuple[float, str], digest: str = ""
 ) -> Record:
     """The record of what a new sensor has followed.
 
