@@ -8,27 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ramsight.cli.common import (
-    LOG,
-    BesideLogs,
-    ChannelMapFile,
-    DrivenUnit,
-    Machine,
-    Requirement,
-    StandingUnits,
-    Strict,
-    by_unit,
-    give,
-    named_unit,
-    plain,
-    report,
-    say,
-    say_error,
-    say_lines,
-    say_table,
-    say_written,
-    strictly,
-)
+from ramsight.cli import common
 
 if TYPE_CHECKING:
     from ramsight.machine.description import Machine as Described
@@ -42,13 +22,13 @@ _STYLE = "screen"
 
 
 def logs_inspect(
-    file: Annotated[Path, typer.Argument(help=f"The log: {LOG}.")],
+    file: Annotated[Path, typer.Argument(help=f"The log: {common.LOG}.")],
     dbc: Annotated[list[Path] | None, typer.Option(help="What CAN frames mean: a DBC file; may be repeated.")] = None,
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="What is known already: the layout of a CSV file, PDOs, ...")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the proposed channel map here: .toml.")] = None,
-    strict: Strict = False,
+    strict: common.Strict = False,
 ) -> None:
     """Show what is in a log, and propose which of its channels are speed, torque and oil temperature.
 
@@ -67,27 +47,29 @@ def logs_inspect(
 
     check_target(out, (".toml",))
     check_apart({"the log": file, "--map": channel_map}, {"--out": out})
-    with strictly(is_strict=strict):
+    with common.strictly(is_strict=strict):
         with progress(1.0, "looking through") as bar:
             found = inspect_log(file, channel_map, dbc=dbc or (), advance=bar.advance)
-        say_table(inspection_table(found))
+        common.say_table(inspection_table(found))
         text = map_text(found, None if out is None else out.parent)
-        give(file=found.file, channels=[one.figures for one in found.channels], map=text)
+        common.give(file=found.file, channels=[one.figures for one in found.channels], map=text)
         if out is None:
-            say_lines("\n" + text.removesuffix("\n"))
+            common.say_lines("\n" + text.removesuffix("\n"))
             return
         write_text(text, out)
-        report().add("written", [str(out)])
-        say(f"{out}: written; check it, signs above all")
+        common.report().add("written", [str(out)])
+        common.say(f"{out}: written; check it, signs above all")
 
 
 def track(
-    machine: Machine,
+    machine: common.Machine,
     logs: Annotated[
         list[Path],
-        typer.Argument(metavar="log", help=f"Drive log: {LOG}. Several logs of one duty are laid over each other."),
+        typer.Argument(
+            metavar="log", help=f"Drive log: {common.LOG}. Several logs of one duty are laid over each other."
+        ),
     ],
-    unit: DrivenUnit = None,
+    unit: common.DrivenUnit = None,
     start: Annotated[
         str | None,
         typer.Option(
@@ -115,7 +97,7 @@ def track(
             help="Resume the kalman sensor from this file if it is there, and keep its state in it at the end."
         ),
     ] = None,
-    channel_map: ChannelMapFile = None,
+    channel_map: common.ChannelMapFile = None,
     out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz, .parquet, .mf4, .mcap or .nc.")] = None,
     truth: Annotated[
         Path | None,
@@ -171,13 +153,13 @@ def track(
         str | None,
         typer.Option(help="Say where this point of the mechanism was, too: tip, payload, or BODY.NAME as bucket.edge."),
     ] = None,
-    beside: BesideLogs = None,
-    at: StandingUnits = None,
+    beside: common.BesideLogs = None,
+    at: common.StandingUnits = None,
     tool_figure: Annotated[
         Path | None, typer.Option(help="A picture of the point's height, reach and angle: .png, .svg or .pdf.")
     ] = None,
-    require: Requirement = None,
-    strict: Strict = False,
+    require: common.Requirement = None,
+    strict: common.Strict = False,
 ) -> None:
     """Say where the piston was, from the log of a motor drive.
 
@@ -199,7 +181,7 @@ def track(
     Example: ramsight track mining-loader monday.csv friday.csv --unit boom --align reference --figure both.png
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --tool tip --at "bucket=250 mm"
     """
-    unit = named_unit(machine, unit)
+    unit = common.named_unit(machine, unit)
     if len(logs) > 1:
         alone = {
             "--state": state, "--truth": truth, "--belief": belief, "--both": both or None, "--require": require,
@@ -210,7 +192,7 @@ def track(
         options = {
             "start": start, "start_std": start_std, "sensor": sensor, "channel_map": channel_map, "hindsight": hindsight
         }  # fmt: skip
-        with strictly(is_strict=strict):
+        with common.strictly(is_strict=strict):
             _overlaid(machine, unit, logs, (align or "start", cursor or []), options, out, (figure, width, style))
         return
     log = logs[0]
@@ -230,7 +212,7 @@ def track(
     position, std = start_of(built, start, start_std)
     asked = built.requirement
     available = availability_of(built, alarm_limit, TIME_TO_ALERT if time_to_alert is None else time_to_alert)
-    with strictly(is_strict=strict):
+    with common.strictly(is_strict=strict):
         true = true_position(truth, log, channel_map, built)
         point = None if tool is None else _tool(description, tool, beside, at, channel_map)
         done = follow(
@@ -238,21 +220,21 @@ def track(
             keep_track=true is not None or figure is not None or asked is not None or tool_figure is not None,
             keep_log=figure is not None or asked is not None,
             more=("mode", "reference", *(() if point is None else point.columns)),
-            tool=point, available=available, hindsight=hindsight, both=both, progress=True, say=say_lines,
+            tool=point, available=available, hindsight=hindsight, both=both, progress=True, say=common.say_lines,
         )  # fmt: skip
         titles = [f"{description.title or description.name}, {what}: {log.name}" for what in (unit, tool)]
         _draw(done, true, titles, figures, look, (built, log, channel_map, (position, std)))
-        give(unit=unit, **done.figures, mistake=done.mistake)
-        say_lines(done.summary)
+        common.give(unit=unit, **done.figures, mistake=done.mistake)
+        common.say_lines(done.summary)
         if true is not None and done.track is not None:
             _say_errors(done.track, true)
         is_missed = asked is not None and _say_achieved(done, true, asked, built)
-        say_written(out, *figures, None if done.is_contradicted else state)
+        common.say_written(out, *figures, None if done.is_contradicted else state)
         if done.mistake:
-            say(f"likeliest mistake: {done.mistake}")
+            common.say(f"likeliest mistake: {done.mistake}")
         useless = strict and not done.has_position
         if useless:
-            say_error("no sample has a position: no end stop and no reference was met, and no --start was given")
+            common.say_error("no sample has a position: no end stop and no reference was met, and no --start was given")
         if useless or is_missed:
             raise typer.Exit(1)
 
@@ -305,8 +287,8 @@ def _say_achieved(done: Pieces, true: Signals | None, asked: Required, unit: Hyd
     check = achieved(done, true, asked, unit)
     if check is None:
         return False
-    give(requirement={**plain(check), "is_met": check.is_met, "missing": check.missing})
-    say_lines(check.verdict)
+    common.give(requirement={**common.plain(check), "is_met": check.is_met, "missing": check.missing})
+    common.say_lines(check.verdict)
     return true is not None and not check.is_met
 
 
@@ -315,12 +297,12 @@ def _say_errors(track: Any, true: Any) -> None:
     from ramsight.tracking.track_errors import error_text, errors_of, live_of
 
     errors = errors_of(track, true)
-    give(errors=errors)
-    say_lines(error_text(errors, len(track)))
+    common.give(errors=errors)
+    common.say_lines(error_text(errors, len(track)))
     if (live := live_of(track)) is not None:
         found = errors_of(live, true)
-        give(live_errors=found)
-        say_lines(f"live sensor: {error_text(found, len(live))}")
+        common.give(live_errors=found)
+        common.say_lines(f"live sensor: {error_text(found, len(live))}")
 
 
 def _refuse(passed: Mapping[str, object], why: str) -> None:
@@ -371,9 +353,9 @@ def _overlaid(
         write_overlay(runs, out)
     if figure is not None:
         overlay_figure(runs, verbatim(f"{machine}, {unit}: {len(logs)} runs"), figure, look)
-    give(unit=unit, **runs.figures)
-    say_lines(runs.text)
-    say_written(out, figure)
+    common.give(unit=unit, **runs.figures)
+    common.say_lines(runs.text)
+    common.say_written(out, figure)
 
 
 def _tool(
@@ -384,8 +366,8 @@ def _tool(
     from ramsight.plant.linked import build_linked
 
     linked = build_linked(description)
-    logs = by_unit(beside, "beside", "bucket=bucket.csv")
-    others = others_of(linked, logs, by_unit(at, "at", "bucket=250 mm"), channel_map)
+    logs = common.by_unit(beside, "beside", "bucket=bucket.csv")
+    others = others_of(linked, logs, common.by_unit(at, "at", "bucket=250 mm"), channel_map)
     return tool_of(description, linked, tool, others)
 
 

@@ -15,22 +15,9 @@ IDLE, EMPTY = -1, -2
 
 
 def integrate_lanes(
-    corners,
-    values,
-    slopes,
-    parameters,
-    segment_of,
-    rtol,
-    atol,
-    max_steps,
-    states,
-    least,
-    most,
-    ended,
-    period,
-    sample_of,
-    samples,
-):
+    corners, values, slopes, parameters, segment_of, rtol, atol, max_steps, states, least, most, ended, period,
+    sample_of, samples,
+):  # fmt: skip
     """Integrate runs to their ends, keeping the final state, the extremes of every state, and samples if there is room.
 
     corners: (segments, 2) start and end; values, slopes: (segments, NU); parameters: (runs, NP) of one segment each
