@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ramsight.duty.faults import Fault
 from ramsight.sensor.report.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
-from ramsight.tracking.position_errors import stop_visits
+from ramsight.tracking.track_errors import stop_visits
 
 SIGNALS = ("speed, torque, temperature", "+ counter and DC power")
 """What the sensor is given, of `faults.SIGNALS`."""

@@ -17,6 +17,7 @@ import numpy as np
 import xarray
 from work_days import LOADS, data_sheets, drawn_machine, passes_relief, reported
 
+from ramsight.arrays import true_intervals
 from ramsight.duty import simulate
 from ramsight.duty.loader_work import loader_work
 from ramsight.duty.profile import Duty
@@ -24,7 +25,6 @@ from ramsight.duty.work_day import work_day
 from ramsight.hindsight.innovations import Innovation
 from ramsight.hindsight.smoother import Forward, silent
 from ramsight.hindsight.trace import Tracer
-from ramsight.intervals import true_intervals
 from ramsight.plant.ddh import DdhUnit
 from ramsight.sensor.virtual_sensor import log_inputs
 

@@ -18,9 +18,9 @@ import work_days
 import xarray
 from numpy.typing import NDArray
 
+from ramsight.arrays import true_intervals
 from ramsight.duty.faults import Fault, inject
 from ramsight.engine.recursion import replay_many
-from ramsight.intervals import true_intervals
 from ramsight.sensor.report.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND, VirtualSensor, log_inputs

@@ -11,7 +11,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.signals import Samples
-from ramsight.tracking.position_errors import stop_visits
+from ramsight.tracking.track_errors import stop_visits
 
 _WRONG, _LEAST = 4.0, 1e-3  # standard deviations and m from which a position that is reported as ok is wrong
 _STANDING = 0.2  # rad/s; two steps of a drive that reports whole rpm

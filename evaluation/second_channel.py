@@ -15,7 +15,7 @@ import work_days
 from numpy.typing import NDArray
 from scipy.stats import beta
 
-from ramsight.intervals import true_intervals
+from ramsight.arrays import true_intervals
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.tracking.comparing import ALERTS, Comparison, Verdict, verdicts

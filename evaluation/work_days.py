@@ -15,10 +15,10 @@ from judged_errors import turning_for
 from numpy.typing import NDArray
 
 from ramsight import machine
+from ramsight.arrays import true_intervals
 from ramsight.duty import report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
-from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import DdhUnit, build_ddh
@@ -26,7 +26,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import VirtualSensor
-from ramsight.tracking.position_errors import stop_visits
+from ramsight.tracking.track_errors import stop_visits
 
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
 _STARTS = 0.5  # s after the motor has started, from when on the position counts

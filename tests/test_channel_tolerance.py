@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 import ramsight
+from ramsight.arrays import true_intervals
 from ramsight.errors import DescriptionError
-from ramsight.intervals import true_intervals
 from ramsight.sensor.status import Status
 from ramsight.tracking.channel_tolerance import STEP, Asked, Channels, derive, forward_most, stated_std
 from ramsight.tracking.comparing import ALERTS, Comparison, verdicts

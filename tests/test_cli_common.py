@@ -13,7 +13,7 @@ from rich.console import Console
 from ramsight import machine
 from ramsight.api.abilities import abilities
 from ramsight.cli.common import coloured, named_unit
-from ramsight.cli.verbs import GROUPS, SECTIONS, Verb, app, verb_name
+from ramsight.cli.verbs import GROUPS, SECTIONS, Verb, app
 from ramsight.errors import DescriptionError
 from ramsight.machine.tables import catalogue_list, rows_of
 from ramsight.plant.machine_tables import machine_summary
@@ -64,7 +64,7 @@ def test_an_error_names_the_option_that_the_function_calls_an_argument(error, sa
 
 def test_every_verb_stands_in_one_section_of_the_help():
     shown = at_once("--help").stdout
-    verbs = [verb_name(verb) for verbs in SECTIONS.values() for verb in verbs]
+    verbs = [verb for verbs in SECTIONS.values() for verb in verbs]
     assert len(verbs) == len(set(verbs))
     assert {*verbs, *GROUPS} == set(typer.main.get_command(app).commands)
     for title in SECTIONS:

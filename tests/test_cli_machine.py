@@ -65,7 +65,7 @@ def test_new_writes_what_check_accepts(tmp_path):
 @pytest.mark.parametrize("circuit", circuits())
 def test_a_minimal_description_has_one_unit_and_fits_on_a_page(circuit, tmp_path):
     from ramsight import machine
-    from ramsight.machine.template import example_of
+    from ramsight.machine.template_text import example_of
 
     file = tmp_path / "mine.toml"
     done = at_once("new", file, "--circuit", circuit, "--unit", "hoist", "--minimal")

@@ -18,7 +18,7 @@ from ramsight.tracking.credible import (
     possible_pressures,
     possible_truth,
 )
-from ramsight.tracking.position_errors import ComparisonError
+from ramsight.tracking.track_errors import ComparisonError
 
 BOOM = ramsight.build("mining-loader", unit="boom")
 STROKE = float(BOOM.cylinder.stroke)

@@ -25,6 +25,7 @@ from ramsight.sensor.checks.diagnosis import (
 )
 from ramsight.sensor.status import Status
 from ramsight.tracking.named_faults import FaultNames, NamedFault, named_faults
+from ramsight.tracking.pieces import Tally
 
 MOST, STD = 400.0, 0.3
 MOVES = 150.0 * np.sin(0.3 * np.arange(60))
@@ -204,6 +205,15 @@ def test_what_nobody_can_tell_is_named_with_all_that_is_left():
     (one,) = named_faults(tracked({"gain": np.full(20, 0.5), "offset": np.full(20, 0.5)}, status, signal="torque"))
     said = "motor torque: 1.30 times what it should be or off by +12 N m (unless it is DC power that is wrong), from"
     assert one.text.startswith(said)
+
+
+@pytest.mark.parametrize("signal", ["speed", "torque"])
+def test_the_summary_of_a_track_names_a_fault_in_a_line_of_its_own(signal):
+    whole = tracked({"gain": np.ones(20)}, np.full(20, int(Status.TORQUE_CONTRADICTED)), signal=signal)
+    whole = whole.assign(position=("time", np.ones(20))).assign_attrs(sensor="kalman")
+    tally = Tally()
+    tally.append(whole)
+    assert tally.text.splitlines()[-1] == f"  {named_faults(whole)[0].text}"
 
 
 def test_pieces_of_a_track_give_the_names_of_the_whole():

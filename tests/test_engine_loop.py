@@ -66,6 +66,25 @@ def made(x, whole, out):
         out[i] = c[0, i] + c[1, i] + row[i]
     for i in range(rest.shape[0]):
         out[i] += 10 * rest[i]
+
+def stepped(x, k, out):
+    i = 1
+    for j in range(x.shape[0]):
+        if x[j] > 0.0:
+            step(j, x[j:], out)
+        k += i
+    out[0] = k
+
+def step(k, x, out):
+    """It has names of its own, and its caller's arrays."""
+    i = k
+    for j in range(x.shape[0]):
+        if x[j] < 0.0:
+            break
+        i += 1
+        out[k] += x[j]
+    k = i
+    out[7] += k
 '''
 
 
@@ -107,6 +126,17 @@ def test_arrays_that_a_loop_makes_begin_anew_each_time(both):
     x, whole = np.random.default_rng(1).random((2, 5)), np.arange(5)
     for _ in range(2):
         same(both, "made", x, whole)
+
+
+@given(x=st.lists(NUMBERS, min_size=1, max_size=6), k=st.floats(0.0, 5.0))
+def test_a_step_of_a_loop_has_names_of_its_own_and_the_arrays_of_its_caller(both, x, k):
+    same(both, "stepped", np.array(x), k)
+
+
+def test_a_step_that_returns_is_an_error():
+    module = generated_module({}, {}, "def loop(x):\n    step(x)\n\ndef step(x):\n    return\n")
+    with pytest.raises(LoopError, match="a step of a loop returns: step"):
+        module.loop(np.ones(3))
 
 
 def test_threads_have_their_own_arrays(both):

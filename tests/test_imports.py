@@ -29,7 +29,7 @@ STREET = [
 PLACE = {room: place for place, rooms in enumerate(STREET) for room in rooms}
 FREE = {
     "_version", "argument_kinds", "arrays", "bounded_toml", "circuit_picture", "constant", "errors", "expression",
-    "intervals", "log_formats", "normal", "optional", "posix", "progress", "signals", "system",
+    "late", "log_formats", "normal", "optional", "posix", "progress", "signals", "system",
 }  # fmt: skip
 """Modules that all others may use, and that use no room but each other."""
 DOOR = "__init__"

@@ -24,7 +24,7 @@ from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.report import report as report_stage
 from ramsight.sensor.report.stated import stated
 from ramsight.sensor.status import Status
-from ramsight.tracking.position_errors import first_stop_contact, stop_visits
+from ramsight.tracking.track_errors import first_stop_contact, stop_visits
 
 BAND = 1.96
 CYCLES = [

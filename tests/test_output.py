@@ -281,7 +281,7 @@ def test_a_bar_does_not_load_rich_before_it_shows():
     "name",
     [
         "logs.channels", "logs.drive_log", "logs.header", "logs.rows", "logs.stamps", "logs.truth", "output.atomic",
-        "output.cells", "output.dataset", "output.table_file", "progress", "tracking.position_errors",
+        "output.cells", "output.dataset", "output.table_file", "progress", "tracking.track_errors",
     ],
 )  # fmt: skip
 def test_examples_in_docstrings_run(name):

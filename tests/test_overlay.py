@@ -12,7 +12,7 @@ from ramsight.errors import DescriptionError
 from ramsight.sensor.contacts.mode import Mode
 from ramsight.signals import Signal, Signals
 from ramsight.tracking.overlay import SHOWN, laid_over
-from ramsight.tracking.position_errors import ComparisonError
+from ramsight.tracking.track_errors import ComparisonError
 
 from .command import at_once
 

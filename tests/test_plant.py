@@ -16,7 +16,7 @@ from ramsight.plant.ddh import build_ddh
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.unit import circuit, initial_state
 from ramsight.plant.valve import orifice_flow
-from ramsight.tracking.position_errors import first_stop_contact
+from ramsight.tracking.track_errors import first_stop_contact
 
 UNITS = {name: build_ddh(name, unit) for name, unit in machine.load_machine("mining-loader").units.items()}
 

@@ -12,7 +12,7 @@ from evaluation.judged_errors import judge
 from ramsight.errors import RamsightError
 from ramsight.logs import read_truth
 from ramsight.tracking import first_stop_contact, position_errors
-from ramsight.tracking.position_errors import ComparisonError, stop_visits, track_errors
+from ramsight.tracking.track_errors import ComparisonError, stop_visits, track_errors
 
 TIME = np.arange(0.0, 10.0, 0.1)
 TRUTH = 0.4 + 0.3 * np.sin(TIME)

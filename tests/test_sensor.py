@@ -10,7 +10,7 @@ from ramsight.calibration.sensors import sensor_for
 from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.errors import UnknownNameError
 from ramsight.logs import read_log, read_truth
-from ramsight.tracking.position_errors import first_stop_contact, position_errors
+from ramsight.tracking.track_errors import first_stop_contact, position_errors
 
 PAPER_CYCLES = [
     "boom_129kN_40C", "boom_258kN_40C", "boom_441kN_40C", "boom_441kN_20C", "boom_441kN_60C",

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from ramsight._version import __version__
 from ramsight.circuit_picture import draw_circuits_by
+from ramsight.late import late
 
 if TYPE_CHECKING:
     from ramsight.api.calibrating import identify, identify_values, leak_test
@@ -72,7 +73,7 @@ if TYPE_CHECKING:
     from ramsight.sensor.status import Status
     from ramsight.sensor.virtual_sensor import Estimate, StartError
     from ramsight.tracking.named_faults import NamedFault, named_faults
-    from ramsight.tracking.position_errors import ComparisonError
+    from ramsight.tracking.track_errors import ComparisonError
 
 __all__ = [
     "AsBuilt", "ComparisonError", "DescriptionError", "DriveResponse", "Duty", "Estimate", "HistoryError",
@@ -87,62 +88,5 @@ __all__ = [
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # so that a type checker sees the imports above, and knows every other name for a mistake
-    _HOMES = {
-        "api.calibrating": ("identify", "identify_values", "leak_test"),
-        "api.commissioning": ("commission",),
-        "api.second_channel": ("compare", "overlay"),
-        "api.shared_reports": ("check_shared",),
-        "api.duties": ("duty_for", "lift_lower"),
-        "api.exporting": (
-            "diagnostic_coverage", "export_c", "export_fmeda", "export_fmu", "export_page", "export_parameters",
-            "export_ssp", "export_wasm",
-        ),
-        "api.histories": ("history", "history_add", "history_event", "history_report"),
-        "api.live_plant": ("LivePlant",),
-        "api.machines": ("catalogue",),
-        "api.plotting": ("draw", "plot"),
-        "api.simulating": ("drive_report", "simulate"),
-        "api.simulating_many": ("simulate_many",),
-        "api.studying": ("Study",),
-        "api.tolerance_deriving": ("derive_tolerance",),
-        "api.tool_places": ("tool_place",),
-        "api.tracking": ("sensor_for", "track"),
-        "api.live_weighing": ("LiveWeighing",),
-        "api.weighing": ("weigh",),
-        "calibration.identify_record": ("IdentifyError",),
-        "calibration.leakage": ("LeakTestError",),
-        "duty.drive_response": ("DriveResponse",),
-        "duty.profile": ("Duty", "Profile"),
-        "errors": (
-            "DescriptionError", "LogError", "LogWarning", "MissingColumnError", "MissingPackageError",
-            "OutputError", "RamsightError",
-            "SimulationError", "UnknownNameError",
-        ),
-        "histories.history_store": ("HistoryError",),
-        "logs": ("open_log", "read_log"),
-        "machine": ("load_machine",),
-        "plant.as_built": ("AsBuilt",),
-        "plant.build": ("build",),
-        "plant.model": ("casadi_model",),
-        "sensor.contacts.mode": ("Mode",),
-        "sensor.status": ("Status",),
-        "sensor.virtual_sensor": ("Estimate", "StartError"),
-        "tracking.position_errors": ("ComparisonError",),
-        "tracking.named_faults": ("NamedFault", "named_faults"),
-    }  # fmt: skip
-    _HOME = {name: home for home, names in _HOMES.items() for name in names}
-
-    def __getattr__(name):
-        """Import what is asked for first; most of it is heavy."""
-        if name not in _HOME:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        from importlib import import_module
-
-        globals()[name] = found = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-        return found
-
-    def __dir__():
-        """The public names alone."""
-        return sorted(__all__)
-
+    __getattr__, __dir__ = late(__name__)  # most of it is heavy
     draw_circuits_by(lambda unit, name: __getattr__("draw")(unit, unit=name))

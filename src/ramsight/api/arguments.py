@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from ramsight.logs.channel_map import AnyMap, known_map
 from ramsight.logs.data_frame import arrow_table, is_data_frame
 from ramsight.optional import needing
 from ramsight.sensor.inputs.sample import REPORTED
-from ramsight.signals import Dataset
+from ramsight.signals import Dataset, Signals
 from ramsight.units import name_of, si_unit, to_si
 
 _LOG = "a file, a Dataset over time, or a DataFrame"
@@ -41,6 +41,27 @@ def log_argument(log: Any, channel_map: AnyMap | None = None, *, strict: bool = 
         return read_log(log, channel_map, strict=strict)
     known_map(channel_map)
     return checked(log, "log")
+
+
+def pieces_argument(log: Any, channel_map: AnyMap | None = None) -> str | Path | Iterator[Signals]:
+    """A drive log as an argument, in pieces: a file is read later, all else when a piece is asked for.
+
+    Args:
+        log: a file, a Dataset or a DataFrame as of `log_argument`, or Datasets in their order.
+    """
+    return log if isinstance(log, str | Path) else _signals(log, channel_map)
+
+
+def _signals(log: Any, channel_map: AnyMap | None) -> Iterator[Signals]:
+    with needing("datasets"):
+        import xarray
+
+    if is_data_frame(log):
+        yield Signals.of(log_argument(log, channel_map))
+        return
+    whole = isinstance(log, xarray.Dataset) or not isinstance(log, Iterable)
+    for piece in [log] if whole else log:
+        yield Signals.of(checked(piece, "log"))
 
 
 def path_argument(path: Any, name: str) -> Path:

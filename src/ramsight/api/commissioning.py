@@ -32,24 +32,15 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import advancing
 from ramsight.sensor.inputs.sample import declared_inputs
 from ramsight.signals import Dataset
+from ramsight.study.commissioning import kept_values
 from ramsight.study.commissioning.commissioning_page import Channel, commissioning_page
 from ramsight.study.commissioning.finding import Verdict
-from ramsight.study.commissioning.kept_values import (
-    Kept,
-    Measured,
-    changed,
-    changes,
-    kept_of,
-    measured,
-    over,
-    read_kept,
-)
 from ramsight.study.commissioning.walk import STEPS, Commissioning, walk
 from ramsight.study.datasheet.sheet_requirement import mending
 from ramsight.study.datasheet.studied_duties import Work
 from ramsight.study.datasheet.study_plan import plan
 from ramsight.tracking.credible import known_position
-from ramsight.tracking.position_errors import ComparisonError
+from ramsight.tracking.track_errors import ComparisonError
 from ramsight.units import format_si
 
 _DAY, _VISIT_EVERY = 360.0, 45.0  # s, of the work day whose sensitivities are looked at
@@ -145,10 +136,10 @@ def commission(
             built, recorded, track_of, true, known, advance, asked,
             lambda: _mending(machine, built, asked), description_of(machine, built.name),
         )  # fmt: skip
-    values = measured(done.track, done.leak_test, done.identification)
+    values = kept_values.measured(done.track, done.leak_test, done.identification)
     if before is not None:
-        found = changes(before.kept, values)
-        done = replace(done, changes=found, findings=(*done.findings, changed(before.kept, found)))
+        found = kept_values.changes(before.kept, values)
+        done = replace(done, changes=found, findings=(*done.findings, kept_values.changed(before.kept, found)))
     if isinstance(machine, str | Path | Machine) and done.verdict is not Verdict.FAILED:
         _write(
             load_machine(machine), built, done, values,
@@ -162,13 +153,13 @@ def commission(
 class _Before:
     """An earlier commissioning: what was kept, and the description in it."""
 
-    kept: Kept
+    kept: kept_values.Kept
     machine: Machine
 
 
 def _before(machine: AnyUnit, unit: str | None, path: Path) -> _Before:
     """The earlier commissioning, of the same machine and unit."""
-    kept = read_kept(path)
+    kept = kept_values.read_kept(path)
     described = loads(kept.description, f"the description in {path}")
     name, of = kept.machine, unit or kept.unit
     if isinstance(machine, str | Path | Machine):
@@ -186,7 +177,7 @@ def _write(
     machine: Machine,
     built: HydraulicUnit,
     done: Commissioning,
-    values: Mapping[str, Measured],
+    values: Mapping[str, kept_values.Measured],
     keep: Path | None,
     tuned: Path | None,
 ) -> None:
@@ -200,8 +191,8 @@ def _write(
         found = tuned_by(machine, built.name, known, "its commissioning")
     if keep is not None:
         if found is not None and identified is not None:
-            machine, values = found.machine, over(values, identified)
-        kept_of(machine, built.name, datetime.now().astimezone(), values).write(keep)
+            machine, values = found.machine, kept_values.over(values, identified)
+        kept_values.kept_of(machine, built.name, datetime.now().astimezone(), values).write(keep)
     if found is not None and tuned is not None:
         write_text(found.text, tuned)
 

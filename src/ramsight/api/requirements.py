@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.build import required
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.signals import Samples, Signals
 from ramsight.tracking.pieces import Pieces
-from ramsight.tracking.position_errors import with_error
-from ramsight.tracking.requirement_check import RequirementCheck, require
 from ramsight.units import argument, format_si
+
+if TYPE_CHECKING:
+    from ramsight.tracking.requirement_check import RequirementCheck
 
 Quantity = float | str
 
@@ -43,6 +46,9 @@ def achieved(done: Pieces, truth: Samples | None, asked: Requirement, unit: Hydr
     """
     if done.track is None or done.log is None:
         return None
+    from ramsight.tracking.requirement_check import require
+    from ramsight.tracking.track_errors import with_error
+
     kept = {name: done.log[name] for name in ("motor_speed", "reference") if name in done.log}
     track = Signals({**done.track.columns, **kept})
     return require(track if truth is None else with_error(track, truth), asked, unit.cylinder.stroke)

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from ramsight.api.arguments import truth_of
-from ramsight.api.tracking import Quantity, track
+from ramsight.api.following import Quantity
+from ramsight.api.tracking import track
 from ramsight.argument_kinds import by_kind
+from ramsight.arrays import true_intervals
 from ramsight.errors import DescriptionError, LogError
-from ramsight.intervals import true_intervals
 from ramsight.logs.channel_map import AnyMap
 from ramsight.machine.assumption_description import SURE_START
 from ramsight.normal import TWO_SIDED_95
@@ -23,17 +24,8 @@ from ramsight.plant.unit import assuming
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.signals import Dataset, Samples
-from ramsight.tracking.comparing import (
-    ALERTS,
-    LONGEST_ALERT,
-    TIME_TO_ALERT,
-    TOLERANCE,
-    Comparison,
-    Drift,
-    Verdict,
-    drift_of,
-    verdicts,
-)
+from ramsight.tracking import comparing
+from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.tracking.overlay import ALIGNMENTS, Overlay, laid_over
 from ramsight.units import argument, format_si
 
@@ -44,13 +36,13 @@ class Compared:
 
     # track: over `time` [s]: what `ramsight.track` gives, `other_position` [m] and `verdict` (numbers of `Verdict`)
     track: Dataset
-    drift: Drift  # of the other sensor
+    drift: comparing.Drift  # of the other sensor
 
     @property
-    def alerts(self) -> list[tuple[float, float, Verdict]]:
+    def alerts(self) -> list[tuple[float, float, comparing.Verdict]]:
         """From when, until when [s], and what, of each stretch in which they do not agree."""
         said, time = self.track["verdict"].values, self.track["time"].values
-        found = ((time[a], time[b - 1], what) for what in ALERTS for a, b in true_intervals(said == what))
+        found = ((time[a], time[b - 1], what) for what in comparing.ALERTS for a, b in true_intervals(said == what))
         return sorted((float(begins), float(ends), what) for begins, ends, what in found)
 
     @property
@@ -59,7 +51,7 @@ class Compared:
         said = self.track["verdict"].values
         return {
             "samples": len(said),
-            "verdicts": {one.name.lower(): float(np.mean(said == one)) for one in Verdict},
+            "verdicts": {one.name.lower(): float(np.mean(said == one)) for one in comparing.Verdict},
             "alerts": [{"begins": a, "ends": b, "verdict": what} for a, b, what in self.alerts],
             "drift": self.drift,
         }
@@ -70,7 +62,7 @@ class Compared:
         said, shares = self.track["verdict"].values, self.figures["verdicts"]
         lines = [
             f"{100.0 * share:.1f} % of {len(said)} samples: {one.text}"
-            for one in Verdict
+            for one in comparing.Verdict
             if (share := shares[one.name.lower()]) > 0.0
         ]
         lines += [f"  {begins:.2f} s to {ends:.2f} s: {what.text}" for begins, ends, what in self.alerts]
@@ -90,7 +82,7 @@ def compare(
     other: str | Path | Dataset,
     *,
     unit: str | None = None,
-    tolerance: Quantity = TOLERANCE,
+    tolerance: Quantity = comparing.TOLERANCE,
     time_to_alert: Quantity = TIME_TO_ALERT,
     start: Quantity | None = None,
     channel_map: AnyMap | None = None,
@@ -147,15 +139,15 @@ def compare(
     real = np.interp(time, when, np.where(np.isfinite(where), where, 0.0))
     gone = np.interp(time, when, (~np.isfinite(where)).astype(float)) > 0.0
     real = np.where(gone, np.nan, real)
-    pair = Comparison.of(built, allowed, alert)
+    pair = comparing.Comparison.of(built, allowed, alert)
     position, status = np.nan_to_num(tracked["position"].values), tracked["status"].values.astype(np.int64)
-    said = verdicts(pair, time, position, tracked[BOUND].values, status, real)
-    good = (status == Status.OK) & np.isfinite(real) & (said == Verdict.AGREE)
+    said = comparing.verdicts(pair, time, position, tracked[BOUND].values, status, real)
+    good = (status == Status.OK) & np.isfinite(real) & (said == comparing.Verdict.AGREE)
     if not good.any():
-        drift = Drift(float("nan"), float("nan"), float("nan"), 0)
+        drift = comparing.Drift(float("nan"), float("nan"), float("nan"), 0)
     else:
-        drift = drift_of(time[good], (real - position)[good], tracked["position_std"].values[good])
-    meaning = "; ".join(f"{int(one)}: {one.text}" for one in Verdict)
+        drift = comparing.drift_of(time[good], (real - position)[good], tracked["position_std"].values[good])
+    meaning = "; ".join(f"{int(one)}: {one.text}" for one in comparing.Verdict)
     both = tracked.assign(
         other_position=("time", real, {"units": "m", "long_name": "position by the other sensor"}),
         verdict=("time", said, {"long_name": "what two sensors say together", "meaning": meaning}),

@@ -9,9 +9,8 @@ import numpy as np
 
 from ramsight.api.arguments import checked
 from ramsight.argument_kinds import by_kind
-from ramsight.arrays import Array
+from ramsight.arrays import Array, true_intervals
 from ramsight.errors import DescriptionError, LogError
-from ramsight.intervals import true_intervals
 from ramsight.logs.channels import DC_VOLTAGE, OIL_TEMPERATURE
 from ramsight.optional import needing
 from ramsight.signals import Dataset

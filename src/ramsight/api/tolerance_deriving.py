@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ramsight.api.tracking import Quantity, track
+from ramsight.api.following import Quantity
+from ramsight.api.tracking import track
 from ramsight.argument_kinds import by_kind
 from ramsight.logs.channel_map import AnyMap
 from ramsight.machine.assumption_description import SURE_START
@@ -17,8 +18,8 @@ from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import assuming
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.signals import Dataset
+from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.tracking.channel_tolerance import Asked, Channels, DerivedTolerance, derive, stated_std
-from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.units import argument, format_si
 
 _HOUR = 3600.0

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ramsight.api.arguments import checked
-from ramsight.api.tracking import follow
+from ramsight.api.arguments import checked, pieces_argument
+from ramsight.api.following import follow
 from ramsight.argument_kinds import by_kind
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs.channel_map import AnyMap
@@ -138,8 +138,8 @@ def followed(linked: LinkedMachine, name: str, log: Any, start: float | None, ch
         DescriptionError: the log has no samples.
     """
     done = follow(
-        linked.unit(name), log, channel_map, sensor="kalman", start=start, start_std=START_STD, keep_track=True,
-        more=("velocity", "load", "load_std", "load_age"),
+        linked.unit(name), pieces_argument(log, channel_map), channel_map, sensor="kalman", start=start,
+        start_std=START_STD, keep_track=True, more=("velocity", "load", "load_std", "load_age"),
     )  # fmt: skip
     if done.track is None:
         raise DescriptionError("has no samples", key=f"log of {name}")

@@ -2,45 +2,22 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack
-from dataclasses import replace
-from functools import partial
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from ramsight.api.arguments import checked, log_argument, path_argument, truth_argument
+from ramsight.api.arguments import path_argument, pieces_argument, truth_argument
+from ramsight.api.following import Quantity, availability_of, follow, start_of, true_position
 from ramsight.api.live_sensor import Sensor
 from ramsight.argument_kinds import by_kind
 from ramsight.calibration.sensors import sensor_for as make_sensor
-from ramsight.errors import DescriptionError, LogWarning
+from ramsight.errors import DescriptionError
 from ramsight.logs.channel_map import AnyMap, known_map
-from ramsight.logs.data_frame import is_data_frame
-from ramsight.logs.opening import open_signals
-from ramsight.optional import needing
 from ramsight.plant.build import AnyUnit, build
-from ramsight.plant.unit import HydraulicUnit
-from ramsight.progress import progress as progress_bar
 from ramsight.sensor.inputs.sample import REPORTED
-from ramsight.sensor.persistence import StateFile, said
 from ramsight.sensor.thresholds import START_STD
-from ramsight.signals import Dataset, Signals
-from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
-from ramsight.tracking.credible import known_position
-from ramsight.tracking.pieces import TABLE, Pieces, track_pieces
-from ramsight.tracking.position_errors import judged
-from ramsight.tracking.watched import Watch, contradicted
-from ramsight.units import argument, format_si
-
-if TYPE_CHECKING:
-    from ramsight.hindsight.looking_back import LookedBack
-    from ramsight.sensor.virtual_sensor import VirtualSensor
-    from ramsight.tool.tool_track import ToolPoint
-    from ramsight.tracking.pieces import Follower
-
-Quantity = float | str
-_NO_FILE = "log"  # what messages call a log that is no file
+from ramsight.signals import Dataset
+from ramsight.tracking.availability import TIME_TO_ALERT
+from ramsight.tracking.track_errors import judged
 
 
 @by_kind
@@ -153,11 +130,11 @@ def track(
     built = build(machine, unit)
     position, std = start_of(built, start, start_std)
     channel_map = known_map(channel_map)
-    true = known_position(truth_argument(truth), log, channel_map, built)
+    true = true_position(truth_argument(truth), log, channel_map, built)
     available = availability_of(built, alarm_limit, time_to_alert)
     done = follow(
         built,
-        log,
+        pieces_argument(log, channel_map),
         channel_map,
         sensor=_kind(sensor),
         start=position,
@@ -182,192 +159,3 @@ def track(
         found = {"available": available.share, "alerts": available.alerts, "longest_alert": available.longest}
         whole.attrs |= found
     return ShownDataset.of(whole if true is None else judged(whole, true))
-
-
-def start_of(unit: HydraulicUnit, start: Quantity | None, start_std: Quantity) -> tuple[float | None, float]:
-    """Where a piston is reported as at first, and the standard deviation of that [m].
-
-    Args:
-        start: [m], or text with a unit; None if unknown.
-        start_std: its standard deviation [m], or text with a unit.
-
-    Raises:
-        DescriptionError: one of them cannot be read or is outside the stroke.
-    """
-    stroke = format_si(unit.cylinder.stroke, "mm")
-    position = None if start is None else argument(start, "m", "start", least="0 mm", most=stroke)
-    return position, argument(start_std, "m", "start_std", least="0.01 mm", most=stroke)
-
-
-def availability_of(unit: HydraulicUnit, limit: Quantity | None, time_to_alert: Quantity) -> Availability | None:
-    """What counts how much of the time a position may be used; None without an alarm limit.
-
-    Args:
-        limit: error that it must not have [m], or text with a unit.
-        time_to_alert: for which that may be unsure [s], or text with a unit.
-
-    Raises:
-        DescriptionError: one of them cannot be read or is out of range.
-    """
-    if limit is None:
-        return None
-    stroke = format_si(unit.cylinder.stroke, "mm")
-    allowed = argument(limit, "m", "alarm_limit", least="0.1 mm", most=stroke)
-    waits = argument(time_to_alert, "s", "time_to_alert", least="0 s", most=format_si(LONGEST_ALERT, "s"))
-    return Availability(allowed, waits)
-
-
-def follow(
-    unit: HydraulicUnit,
-    log: str | Path | Dataset | Iterable[Dataset],
-    channel_map: AnyMap | None = None,
-    *,
-    sensor: str,
-    start: float | None,
-    start_std: float,
-    state: str | Path | None = None,
-    out: str | Path | None = None,
-    keep_track: bool = False,
-    keep_log: bool = False,
-    all_of_it: bool = False,
-    more: tuple[str, ...] = (),
-    available: Availability | None = None,
-    hindsight: bool = False,
-    both: bool = False,
-    tool: ToolPoint | None = None,
-    progress: bool = False,
-    advance: Callable[[float], object] | None = None,
-    say: Callable[[str], object] = lambda text: None,
-) -> Pieces:
-    """Make a sensor, start or resume it, track a log piece by piece, and keep the sensor's state.
-
-    Of a log that contradicts the machine no state is kept, and what its track says of the position is invalid.
-
-    Args:
-        log: a file, a log or its pieces; warned of what cannot be this machine's.
-        start: [m]; None if unknown.
-        start_std: its standard deviation [m].
-        state: file to resume from without a start, and to keep the state in; this call's alone until it returns.
-        hindsight: whether all of the log says where the piston was, and not what came before.
-    """
-    if hindsight and sensor != "kalman":
-        raise DescriptionError("has no hypotheses to look back at", key="sensor", value=sensor, allowed="kalman")
-    virtual = _sensor_of(unit, sensor, progress=progress)
-    kept = None if state is None else StateFile(Path(state), virtual, unit.name)
-
-    def begin(say: Callable[[str], object]) -> None:
-        if kept is not None and start is None:
-            say(said(kept.resume(), kept.path))
-        else:
-            virtual.start(start, start_std)
-
-    passed: list[Signals] | None = [] if hindsight or not isinstance(log, str | Path) else None
-    with ExitStack() as stack:
-        if kept is not None:
-            stack.callback(kept.release)
-            kept.hold()
-        begin(say)
-        bar = stack.enter_context(progress_bar(1.0, "tracking")) if progress else None
-        tells = _parts_of(bar.advance if bar else advance, _ways(virtual, hindsight=hindsight))
-        pieces, file = _pieces(log, channel_map, tells)
-        watch = Watch(unit, file, channel_map)
-        seen = watch.over(pieces if passed is None else _remembered(pieces, passed))
-        back = None
-        if hindsight:
-            names = None if all_of_it else (*TABLE, *more)
-            if whole := list(seen):
-                back = _looked_back(virtual, unit, whole, names, tells)
-            seen = iter(whole)
-        passes = partial(
-            track_pieces, out=out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it, available=available,
-            more=more if back is None else (*more, *back.further),
-            beside=(*(() if tool is None else tool.columns), *(back.further if both and back is not None else ())),
-        )  # fmt: skip
-
-        def follower() -> Follower:
-            plain = virtual if back is None else back.recalled()
-            return plain if tool is None else tool.following(plain, unit.name)
-
-        done = passes(follower(), seen)
-        if (mistake := watch.mistake) is not None:  # known at the end alone: the track is made again, and says it
-            begin(lambda text: None)
-            if available is not None:
-                available.clear()
-            again = _pieces(log, channel_map, None)[0] if passed is None else passed
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", LogWarning)
-                done = passes(follower(), again, said_of=lambda tracked: contradicted(tracked, mistake))
-            if kept is not None:
-                say(f"{kept.path}: left as it was, because the log contradicts the machine")
-        elif kept is not None:
-            kept.save()
-    fits = "" if back is None or watch.mistake is not None else back.text
-    summary = f"{done.summary}\n  {fits}" if fits else done.summary
-    return replace(done, summary=summary, mistake=watch.last_word, is_contradicted=watch.mistake is not None)
-
-
-def _ways(virtual: VirtualSensor, *, hindsight: bool) -> float:
-    """How often a log is gone through at most."""
-    if not hindsight:
-        return 1.0
-    from ramsight.hindsight.looking_back import ways_of
-
-    return 1.0 + ways_of(virtual.state)
-
-
-def _looked_back(
-    virtual: VirtualSensor,
-    unit: HydraulicUnit,
-    pieces: list[Signals],
-    names: tuple[str, ...] | None,
-    advance: Callable[[float], object] | None,
-) -> LookedBack:
-    """All of a log, looked back at; the sensor goes on from its end."""
-    from ramsight.hindsight.looking_back import looked_back
-    from ramsight.hindsight.trace import Tracer
-
-    back = looked_back(Tracer.of(unit), pieces, virtual.state, names=names, advance=advance)
-    virtual.state = back.state
-    return back
-
-
-def _parts_of(advance: Callable[[float], object] | None, ways: float) -> Callable[[float], object] | None:
-    """What takes shares of a way through a log, of which there are so many."""
-    return None if advance is None else lambda share: advance(share / ways)
-
-
-def _sensor_of(unit: HydraulicUnit, kind: str, *, progress: bool) -> VirtualSensor:
-    """A sensor; a bar is shown where it takes runs to make one."""
-    if kind != "table" or not progress:
-        return make_sensor(unit, kind)
-    from ramsight.calibration.movement import RUNS
-
-    with progress_bar(RUNS, "calibrating the table") as bar:
-        return make_sensor(unit, kind, advance=bar.advance)
-
-
-def _remembered(pieces: Iterable[Signals], passed: list[Signals]) -> Iterator[Signals]:
-    """The pieces as they come, kept for a second time."""
-    for piece in pieces:
-        passed.append(piece)
-        yield piece
-
-
-def _pieces(
-    log: str | Path | Dataset | Iterable[Dataset], channel_map: AnyMap | None, advance: Callable[[float], object] | None
-) -> tuple[Iterable[Signals], str | Path]:
-    """The pieces of a log, and the file that warnings name."""
-    if isinstance(log, str | Path):
-        return open_signals(log, channel_map, advance=advance), log
-    with needing("datasets"):
-        import xarray
-
-    if is_data_frame(log):
-        return (Signals.of(log_argument(one, channel_map)) for one in (log,)), _NO_FILE
-    if not isinstance(log, Iterable):
-        checked(log, _NO_FILE)
-    pieces = log if isinstance(log, Iterable) and not isinstance(log, xarray.Dataset) else [log]
-    return (Signals.of(checked(piece, _NO_FILE)) for piece in pieces), _NO_FILE
-
-
-__all__ = ["availability_of", "follow", "sensor_for", "start_of", "track"]

@@ -12,10 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ramsight.arrays import Array, Bools, Places
+from ramsight.arrays import Array, Bools, Places, true_intervals
 from ramsight.calibration.identify_record import Record, running_mean
 from ramsight.calibration.identify_replay import Run
-from ramsight.intervals import true_intervals
 from ramsight.plant.holding import held_by_valve, holding_valves, opening_speed
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit, opposite

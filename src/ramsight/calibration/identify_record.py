@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.arrays import Array, Bools
+from ramsight.arrays import Array, Bools, true_intervals
 from ramsight.errors import RamsightError
-from ramsight.intervals import true_intervals
 from ramsight.signals import Dataset
 from ramsight.tracking.credible import OUTSIDE, said_frozen
 

@@ -14,9 +14,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from ramsight.arrays import true_intervals
 from ramsight.calibration.loss_uncertainty import EFFICIENCY, NO_LOAD_TORQUE, dependence, rougher, with_friction_factor
 from ramsight.errors import RamsightError
-from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.balance import balance as balance_of
 from ramsight.plant.holding import held_by_valve, holding_valves

@@ -8,22 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ramsight.cli.common import (
-    ChannelMapFile,
-    DriveLog,
-    DrivenUnit,
-    EmptyLogs,
-    KnownLogs,
-    Machine,
-    StandingUnits,
-    by_unit,
-    known_masses,
-    named_unit,
-    optional,
-    say,
-    say_error,
-    say_written,
-)
+from ramsight.cli import common
 
 if TYPE_CHECKING:
     from ramsight.machine.description import Machine as Described
@@ -31,11 +16,11 @@ if TYPE_CHECKING:
 
 
 def encoder(
-    machine: Machine,
+    machine: common.Machine,
     channel: Annotated[str, typer.Option(help="The bus: can0, 239.74.163.2, ...")],
     node_id: Annotated[int, typer.Option(help="The encoder's node-ID, 1 to 127.")],
     drive_node: Annotated[int, typer.Option(help="The drive's node-ID.")],
-    unit: DrivenUnit = None,
+    unit: common.DrivenUnit = None,
     interface: Annotated[
         str, typer.Option(help="python-can's name of the interface: socketcan, udp_multicast, virtual, ...")
     ] = "socketcan",
@@ -76,9 +61,9 @@ def encoder(
             help="Send what is lifted as J1939 messages: PGN and source address, 'FF41h 80h', total in the next."
         ),
     ] = None,
-    at: StandingUnits = None,
-    empty: EmptyLogs = None,
-    known: KnownLogs = None,
+    at: common.StandingUnits = None,
+    empty: common.EmptyLogs = None,
+    known: common.KnownLogs = None,
     known_start: Annotated[
         str | None, typer.Option(help='Position of the piston at the beginning of each of these logs: "50 mm".')
     ] = None,
@@ -95,7 +80,7 @@ def encoder(
 
     Example: ramsight encoder mining-loader --unit boom --channel can0 --node-id 6 --drive-node 5 --rated-torque 80Nm
     """
-    unit = named_unit(machine, unit)
+    unit = common.named_unit(machine, unit)
     from ramsight.logs.source import needs
     from ramsight.machine import load_machine
     from ramsight.output import atomic_path, check_apart, check_state, check_target
@@ -112,16 +97,16 @@ def encoder(
     from ramsight.deploy.encoder.runner import limited_log_lines, open_bus, serve, until_stopped
     from ramsight.histories.adding import recorded, session_for, taking
     from ramsight.logs.channel_map import load_map
-    from ramsight.tracking.comparing import LONGEST_ALERT
+    from ramsight.tracking.availability import LONGEST_ALERT
 
     check_target(eds, (".eds",))
     check_apart({"the machine": machine, "--map": channel_map}, {"--state": state, "--eds": eds})
     check_state(state)
-    within = optional(timeout, "s", "--timeout", least="10 ms", most="10 s")
-    rated = optional(rated_torque, "N m", "--rated-torque", least="0.01 N m", most="1e5 N m")
-    wrong = optional(tolerance, "m", "--tolerance", least="0.001 mm", most="1 m")
-    alert = optional(time_to_alert, "s", "--time-to-alert", least="0 s", most=f"{LONGEST_ALERT:g} s")
-    period = optional(drive_period, "s", "--drive-period", least="0.1 ms", most="1 s")
+    within = common.optional(timeout, "s", "--timeout", least="10 ms", most="10 s")
+    rated = common.optional(rated_torque, "N m", "--rated-torque", least="0.01 N m", most="1e5 N m")
+    wrong = common.optional(tolerance, "m", "--tolerance", least="0.001 mm", most="1 m")
+    alert = common.optional(time_to_alert, "s", "--time-to-alert", least="0 s", most=f"{LONGEST_ALERT:g} s")
+    period = common.optional(drive_period, "s", "--drive-period", least="0.1 ms", most="1 s")
     settings = Settings(node_id, drive_node, serial, overrides(hold, within, wrong, alert, period))
     described = load_machine(machine)
     built = build(described, unit)
@@ -129,7 +114,9 @@ def encoder(
     session = None
     if history is not None:
         session = session_for(history, described, unit, built, str(serial) if serial else "")
-    weigher = _weigher(described, unit, by_unit(at, "at", "bucket=250 mm"), known_masses(empty, known), known_start)
+    weigher = _weigher(
+        described, unit, common.by_unit(at, "at", "bucket=250 mm"), common.known_masses(empty, known), known_start
+    )
     encoder = encoder_for(built, meanings, settings, state, aside=True, record=taking(session), weigher=weigher)
     messages: list[Broadcast] = [] if j1939 is None else [message_of(j1939, j1939_period)]
     messages += [] if j1939_weighing is None else [weighing_messages_of(j1939_weighing)]
@@ -137,19 +124,19 @@ def encoder(
     if eds is not None:
         with atomic_path(eds) as draft:
             draft.write_text(eds_text(), encoding="ascii")
-        say_written(eds)
+        common.say_written(eds)
     shown = None if opcua is None else OpcuaServer(encoder, unit, *address_of(opcua))
     with (
         open_bus(interface, channel) as bus, limited_log_lines(), until_stopped() as stop, shown or nullcontext(),
         recorded(session),
     ):  # fmt: skip
-        say(f"{channel}: node {node_id} is the position of {unit}; {ready.said}")
+        common.say(f"{channel}: node {node_id} is the position of {unit}; {ready.said}")
         if shown is not None:
-            say(f"{shown.endpoint}: read only")
+            common.say(f"{shown.endpoint}: read only")
         serve(ready, bus, stop, each=(lambda: None) if shown is None else shown.take)
-    say(f"{channel}: node {node_id} is gone; {ready.said}")
+    common.say(f"{channel}: node {node_id} is gone; {ready.said}")
     if session is not None and session.failure:
-        say_error(session.failure, "warning")
+        common.say_error(session.failure, "warning")
 
 
 def _weigher(
@@ -171,10 +158,10 @@ def _weigher(
 
 
 def logs_replay(
-    log: DriveLog,
+    log: common.DriveLog,
     channel: Annotated[str, typer.Option(help="The bus: can0, 239.74.163.2, ...")],
     rated_torque: Annotated[str, typer.Option(help="6076h of the drive, which 6077h is per mille of: '80 N m'.")],
-    channel_map: ChannelMapFile = None,
+    channel_map: common.ChannelMapFile = None,
     interface: Annotated[
         str, typer.Option(help="python-can's name of the interface: socketcan, udp_multicast, virtual, ...")
     ] = "socketcan",
@@ -213,13 +200,13 @@ def logs_replay(
         recorded = read_signals(log, channel_map, advance=bar.advance)
     if map_out is not None:
         write_text(played_map(drive_node, thermometer_node, rated), map_out)
-        say_written(map_out)
+        common.say_written(map_out)
     frames = PlayedDrive(recorded, drive_node, rated, thermometer_node).frames()
     time = recorded["time"].values
     with open_bus(interface, channel) as bus, until_stopped() as stop, progress(_lasts(time), "replaying") as bar:
         done = replay(frames, bus, stop, speed=speed, advance=bar.advance)
     lost = f", {done.lost} not taken by the bus" if done.lost else ""
-    say(f"{channel}: node {drive_node} is gone; {done.frames} frames sent of {done.lasted:.1f} s{lost}")
+    common.say(f"{channel}: node {drive_node} is gone; {done.frames} frames sent of {done.lasted:.1f} s{lost}")
 
 
 def _lasts(time: Any) -> float:

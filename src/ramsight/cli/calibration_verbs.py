@@ -7,29 +7,14 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import (
-    ChannelMapFile,
-    DriveLog,
-    DrivenUnit,
-    Machine,
-    Requirement,
-    SensedUnit,
-    Strict,
-    give,
-    named_unit,
-    say,
-    say_lines,
-    say_verdicts,
-    say_written,
-    strictly,
-)
+from ramsight.cli import common
 from ramsight.errors import one_line
 
 
 def calibrate(
-    machine: Machine,
+    machine: common.Machine,
     out: Annotated[Path, typer.Option(help="The sensor file, for example boom.sensor.")],
-    unit: SensedUnit = None,
+    unit: common.SensedUnit = None,
     speed: Annotated[str, typer.Option(help="Constant motor speed of the calibration.")] = "1500 rpm",
     loads: Annotated[int, typer.Option(min=8, max=1000, help="How many loads.")] = 40,
     figure: Annotated[Path | None, typer.Option(help="A picture of the table: .png, .svg or .pdf.")] = None,
@@ -41,7 +26,7 @@ def calibrate(
 
     Example: ramsight calibrate mining-loader --unit boom --out boom.sensor
     """
-    unit = named_unit(machine, unit)
+    unit = common.named_unit(machine, unit)
     from ramsight.calibration.cached import calibrated
     from ramsight.calibration.movement import TEMPERATURES
     from ramsight.calibration.sensor_file import SUFFIX, save
@@ -60,7 +45,7 @@ def calibrate(
     with progress(2 * loads * len(TEMPERATURES), "calibrating the table") as bar:
         movement = calibrated(build(described, unit), motor_speed=motor_speed, loads=loads, advance=bar.advance)
     save(movement, out)
-    say(
+    common.say(
         f"{out}: written; {unit}, {loads} loads at {len(TEMPERATURES)} oil temperatures, torque from "
         f"{movement.lift_torque[0]:.1f} to {movement.lift_torque[-1]:.1f} N m while lifting"
     )
@@ -68,16 +53,16 @@ def calibrate(
         from ramsight.calibration.pump_map_figure import movement_figure
 
         movement_figure(movement, f"{unit}: calibrated at {format_si(motor_speed, 'rpm')}", figure)
-        say_written(figure)
+        common.say_written(figure)
 
 
 def leak_test(
-    machine: Machine,
-    log: DriveLog,
-    unit: DrivenUnit = None,
-    channel_map: ChannelMapFile = None,
+    machine: common.Machine,
+    log: common.DriveLog,
+    unit: common.DrivenUnit = None,
+    channel_map: common.ChannelMapFile = None,
     out: Annotated[Path | None, typer.Option(help="The machine's description with that leakage: .toml.")] = None,
-    strict: Strict = False,
+    strict: common.Strict = False,
 ) -> None:
     """Measure a pump's leakage from a drive log, with no position reference.
 
@@ -88,7 +73,7 @@ def leak_test(
 
     Example: ramsight leak-test mining-loader log.csv.gz --unit boom --out tested.toml
     """
-    unit = named_unit(machine, unit)
+    unit = common.named_unit(machine, unit)
     from ramsight.api.calibrating import leak_test
     from ramsight.calibration.knowledge import of_leak_test
     from ramsight.calibration.leakage import leak_test_summary
@@ -99,20 +84,20 @@ def leak_test(
     check_target(out, (".toml",))
     check_apart({"the machine": machine, "the log": log, "--map": channel_map}, {"--out": out})
     described = load_machine(machine)
-    with strictly(is_strict=strict):
+    with common.strictly(is_strict=strict):
         found = leak_test(described, log, unit=unit, channel_map=channel_map)
     if out is not None:
         known = of_leak_test(found, described.unit(unit))
         write_text(tuned(described, unit, known, f"ramsight leak-test from the log {one_line(log.name)}").text, out)
-    give(unit=unit, leak_test=found)
-    say_lines(leak_test_summary(found))
-    say_written(out)
+    common.give(unit=unit, leak_test=found)
+    common.say_lines(leak_test_summary(found))
+    common.say_written(out)
 
 
 def identify(
-    machine: Machine,
+    machine: common.Machine,
     logs: Annotated[list[Path], typer.Argument(help="Drive log; several with a map that names a measured position.")],
-    unit: DrivenUnit = None,
+    unit: common.DrivenUnit = None,
     truth: Annotated[
         Path | None, typer.Option(help="Its measured position: time_s and position_m, .csv or .csv.gz.")
     ] = None,
@@ -124,7 +109,7 @@ def identify(
     map_out: Annotated[
         Path | None, typer.Option(help="The map with the torque of a current as it was found: .toml.")
     ] = None,
-    strict: Strict = False,
+    strict: common.Strict = False,
 ) -> None:
     """Find how a machine differs from its data sheet, with a position sensor put on for a day.
 
@@ -148,19 +133,19 @@ def identify(
 
     Example: ramsight identify eha-valve-rig run*.csv.gz --unit axis --map rig.toml --out rig-tuned.toml
     """
-    unit = named_unit(machine, unit)
+    unit = common.named_unit(machine, unit)
     from ramsight.machine import load_machine
     from ramsight.machine.description import Composed
 
     if truth is None and channel_map is not None and isinstance(load_machine(machine).unit(unit), Composed):
-        with strictly(is_strict=strict):
+        with common.strictly(is_strict=strict):
             _identify_values(machine, logs, unit, channel_map, out, map_out)
         return
     if (truth is None and channel_map is None) or len(logs) != 1:
         raise typer.BadParameter("one log with --truth, or logs with a --map that names the measured position")
     if map_out is not None:
         raise typer.BadParameter("--map-out is for the values of a circuit of parts: a --map without --truth")
-    with strictly(is_strict=strict):
+    with common.strictly(is_strict=strict):
         _identify_factors(machine, logs[0], unit, truth, channel_map, out)
 
 
@@ -184,9 +169,9 @@ def _identify_factors(
         by = f"ramsight identify from the log {one_line(log.name)} and the position in {one_line((truth or log).name)}"
         text = tuned(description, unit, of_identification(found, description.unit(unit)), by).text
         write_text(text, out)
-    give(unit=unit, identification=found)
-    say_lines(summary(found))
-    say_written(out)
+    common.give(unit=unit, identification=found)
+    common.say_lines(summary(found))
+    common.say_written(out)
 
 
 def _identify_values(
@@ -214,9 +199,9 @@ def _identify_values(
     if map_out is not None:
         text = map_with(channel_map.read_text(encoding="utf-8"), known, found.torque, found.curve)
         write_text(text, map_out)
-    give(unit=unit, values=found)
-    say_lines(values_summary(found, unit))
-    say_written(out, map_out)
+    common.give(unit=unit, values=found)
+    common.say_lines(values_summary(found, unit))
+    common.say_written(out, map_out)
 
 
 def _named(logs: list[Path]) -> str:
@@ -224,12 +209,12 @@ def _named(logs: list[Path]) -> str:
 
 
 def commission(
-    machine: Machine,
-    log: DriveLog,
-    unit: DrivenUnit = None,
+    machine: common.Machine,
+    log: common.DriveLog,
+    unit: common.DrivenUnit = None,
     truth: Annotated[Path | None, typer.Option(help="Its measured position, if there is one: .csv or .csv.gz.")] = None,
-    channel_map: ChannelMapFile = None,
-    require: Requirement = None,
+    channel_map: common.ChannelMapFile = None,
+    require: common.Requirement = None,
     out: Annotated[
         Path | None, typer.Option(help="The report to sign, one page that needs no other file: .html.")
     ] = None,
@@ -259,7 +244,7 @@ def commission(
 
     Example: ramsight commission mining-loader log.csv --unit boom --tuned boom.toml
     """
-    unit = named_unit(machine, unit)
+    unit = common.named_unit(machine, unit)
     from ramsight.api.commissioning import commission as commission_unit
     from ramsight.api.commissioning import report_of
     from ramsight.logs.channel_map import load_map
@@ -286,8 +271,8 @@ def commission(
     if out is not None:
         text = report_of(done, described, unit, log, truth, known, since)
         write_text(text, out)
-    give(verdict=done.verdict, commissioning=done)
-    say_verdicts(done.text)
-    say_written(out, *(() if done.verdict is Verdict.FAILED else (keep, tuned)))
+    common.give(verdict=done.verdict, commissioning=done)
+    common.say_verdicts(done.text)
+    common.say_written(out, *(() if done.verdict is Verdict.FAILED else (keep, tuned)))
     if done.verdict is Verdict.FAILED:
         raise typer.Exit(1)

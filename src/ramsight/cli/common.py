@@ -188,8 +188,7 @@ EmptyLogs = Annotated[
     list[Path] | None, typer.Option("--empty", help="Log of lifts of the empty tool; may be repeated.")
 ]
 KnownLogs = Annotated[
-    list[str] | None,
-    typer.Option("--known", help='Log of lifts of a known mass: "2 t=known.csv"; may be repeated.'),
+    list[str] | None, typer.Option("--known", help='Log of lifts of a known mass: "2 t=known.csv"; may be repeated.')
 ]
 
 

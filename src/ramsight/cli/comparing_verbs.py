@@ -7,29 +7,17 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import (
-    LOG,
-    DriveLog,
-    DrivenUnit,
-    Machine,
-    Strict,
-    give,
-    named_unit,
-    say_lines,
-    say_verdicts,
-    say_written,
-    strictly,
-)
+from ramsight.cli import common
 
 
 def compare(
-    machine: Machine,
-    log: DriveLog,
+    machine: common.Machine,
+    log: common.DriveLog,
     other: Annotated[
         Path | None,
         typer.Argument(help="What the real sensor says: time_s and position_m, .csv or .csv.gz; not needed with --dc."),
     ] = None,
-    unit: DrivenUnit = None,
+    unit: common.DrivenUnit = None,
     tolerance: Annotated[
         str | None, typer.Option(help="Of the real sensor, by its data sheet and mounting [default: 2 mm].")
     ] = None,
@@ -59,7 +47,7 @@ def compare(
     ] = False,
     out: Annotated[Path | None, typer.Option(help="Both positions and the verdicts: .csv, .csv.gz, .parquet.")] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
-    strict: Strict = False,
+    strict: common.Strict = False,
 ) -> None:
     """Say whether a real position sensor and the virtual one agree, and which of them is wrong where they do not.
 
@@ -73,8 +61,8 @@ def compare(
     Example: ramsight compare mining-loader log.csv rod.csv --unit boom --tolerance "1 mm" --figure both.png
     Example: ramsight compare press log.csv --dc "90 %" --false-alarms "1e-5/h" --other-std "0.3 mm" --drift "20 mm"
     """
-    unit = named_unit(machine, unit)
-    give(unit=unit)
+    unit = common.named_unit(machine, unit)
+    common.give(unit=unit)
     asked = {"--dc": dc, "--false-alarms": false_alarms, "--other-std": other_std, "--drift": drift}
     _check_asked(asked, within, other, tolerance, {"--out": out, "--figure": figure, "--hindsight": hindsight or None})
     from ramsight.api.second_channel import compare as compared
@@ -92,19 +80,19 @@ def compare(
     if dc is not None and false_alarms is not None and other_std is not None and drift is not None:
         from ramsight.api.tolerance_deriving import derive_tolerance
 
-        with strictly(is_strict=strict):
+        with common.strictly(is_strict=strict):
             derived = derive_tolerance(
                 machine, log, unit=unit, dc=dc, false_alarms=false_alarms, other_std=other_std, drift=drift,
                 within=within or 0.0, time_to_alert=time_to_alert, start=start, channel_map=channel_map, progress=True,
             )  # fmt: skip
-        give(derived=derived.derived)
-        say_verdicts(derived.text)
+        common.give(derived=derived.derived)
+        common.say_verdicts(derived.text)
         if derived.tolerance is None:
             raise typer.Exit(1)
         tolerance = f"{1e3 * derived.tolerance:.2f} mm"
     if other is None:
         return
-    with strictly(is_strict=strict):
+    with common.strictly(is_strict=strict):
         found = compared(
             machine,
             log,
@@ -121,9 +109,9 @@ def compare(
             write_compared(found.track, out)
         if figure is not None:
             compared_figure(found.track, verbatim(f"{machine}, {unit}: {other.name}"), figure)
-        give(**found.figures)
-        say_lines(found.text)
-        say_written(out, figure)
+        common.give(**found.figures)
+        common.say_lines(found.text)
+        common.say_written(out, figure)
 
 
 def _check_asked(
@@ -156,8 +144,8 @@ def _check_asked(
 
 
 def logs_shared(
-    first: Annotated[Path, typer.Argument(help=f"One drive's log: {LOG}.")],
-    second: Annotated[Path, typer.Argument(help=f"The other drive's log: {LOG}.")],
+    first: Annotated[Path, typer.Argument(help=f"One drive's log: {common.LOG}.")],
+    second: Annotated[Path, typer.Argument(help=f"The other drive's log: {common.LOG}.")],
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="Which of the first log's channels are what: a TOML file.")
     ] = None,
@@ -176,4 +164,4 @@ def logs_shared(
     from ramsight.logs import read_log
 
     logs = [read_log(first, channel_map), read_log(second, second_map or channel_map)]
-    say_lines(check_shared(*logs).text)
+    common.say_lines(check_shared(*logs).text)

@@ -8,18 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ramsight.cli.common import (
-    LOG,
-    ChannelMapFile,
-    DrivenUnit,
-    Machine,
-    give,
-    say,
-    say_error,
-    say_lines,
-    say_table,
-    say_written,
-)
+from ramsight.cli import common
 
 Store = Annotated[
     str,
@@ -35,12 +24,12 @@ AnyOfItsUnits = Annotated[str | None, typer.Option("--unit", help="Of this unit 
 
 
 def history_add(
-    machine: Machine,
-    logs: Annotated[list[Path], typer.Argument(help=f"Logs, and folders of logs: {LOG}.")],
-    unit: DrivenUnit = None,
+    machine: common.Machine,
+    logs: Annotated[list[Path], typer.Argument(help=f"Logs, and folders of logs: {common.LOG}.")],
+    unit: common.DrivenUnit = None,
     serial: Serial = "",
     store: Store = STORE,
-    channel_map: ChannelMapFile = None,
+    channel_map: common.ChannelMapFile = None,
     at: Annotated[
         str | None,
         typer.Option(help="When the log begins, of a single one, as ISO 8601 [default: by its clock, name or file]."),
@@ -69,12 +58,12 @@ def history_add(
     with cluster_at(cluster) if cluster is not None else nullcontext() as client:
         done = added(
             store, machine, logs, unit=unit, serial=serial, channel_map=channel_map, at=at,
-            new_description=new_description, client=client, progress=True, say=say,
+            new_description=new_description, client=client, progress=True, say=common.say,
         )  # fmt: skip
     for _, why in done.refused:
-        say_error(why)
-    give(added=list(done.records), known=list(done.known), refused=dict(done.refused))
-    say(done.text)
+        common.say_error(why)
+    common.give(added=list(done.records), known=list(done.known), refused=dict(done.refused))
+    common.say(done.text)
     if done.refused:
         raise typer.Exit(1)
 
@@ -95,7 +84,7 @@ def history_event(
     from ramsight.api.histories import history_event as declare
 
     is_new = declare(store, machine, kind, at, unit=unit, serial=serial, note=note)
-    say(f"{kind} on {at}: {'kept' if is_new else 'known already'}")
+    common.say(f"{kind} on {at}: {'kept' if is_new else 'known already'}")
 
 
 Limits = Annotated[
@@ -121,11 +110,11 @@ def history_show(
     from ramsight.histories.history_page import fleet_table, machine_text
 
     found = histories(store, machine, unit, serial, limits_of(limit))
-    give(machines=[_figures(one) for one in found])
+    common.give(machines=[_figures(one) for one in found])
     if len(found) > 1:
-        say_table(fleet_table(found))
+        common.say_table(fleet_table(found))
     else:
-        say_lines(machine_text(found[0]))
+        common.say_lines(machine_text(found[0]))
 
 
 def _figures(one: Any) -> dict[str, Any]:
@@ -159,7 +148,7 @@ def history_plot(
 
     check_figure(out)
     history_figure(history_of_one(store, machine, unit, serial, limits_of(limit)), out)
-    say_written(out)
+    common.say_written(out)
 
 
 def history_report(
@@ -177,7 +166,7 @@ def history_report(
     from ramsight.api.histories import history_report as write
 
     write(store, out, machine, unit=unit, serial=serial, limits=limits_of(limit))
-    say_written(out)
+    common.say_written(out)
 
 
 def history_export(
@@ -199,7 +188,7 @@ def history_export(
     columns = table_of(histories(store, machine, unit, serial))
     with open_table(out, formats=dict.fromkeys(columns, "%.9g")) as table:
         table.append(columns)
-    say_written(out)
+    common.say_written(out)
 
 
 def limits_of(texts: list[str] | None) -> dict[str, float]:

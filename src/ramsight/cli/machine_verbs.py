@@ -147,8 +147,8 @@ def new(
     """
     from ramsight.errors import DescriptionError, OutputError, one_line
     from ramsight.machine import load_machine, template
-    from ramsight.machine.template import alone, example_of
-    from ramsight.machine.template import minimal as minimal_text
+    from ramsight.machine.template_text import alone, example_of
+    from ramsight.machine.template_text import minimal as minimal_text
     from ramsight.output import write_text
 
     if file.exists() and not force:

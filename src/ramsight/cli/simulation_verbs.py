@@ -7,19 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ramsight.cli.common import (
-    DrivenUnit,
-    Machine,
-    Requirement,
-    SensedUnit,
-    give,
-    named_unit,
-    report,
-    say,
-    say_cautions,
-    say_lines,
-    say_written,
-)
+from ramsight.cli import common
 
 if TYPE_CHECKING:
     from ramsight.duty import DriveReport
@@ -29,8 +17,8 @@ _TABLES = (".csv", ".csv.gz")
 
 
 def simulate(
-    machine: Machine,
-    unit: DrivenUnit = None,
+    machine: common.Machine,
+    unit: common.DrivenUnit = None,
     load: Annotated[
         list[str] | None,
         typer.Option(
@@ -108,7 +96,7 @@ def simulate(
     Example: ramsight simulate mining-loader --unit boom --load "441 kN" --oil-temperature "40 degC" --out boom.nc
     Example: ramsight simulate mining-loader --unit boom --duty commissioning --leak 1.2 --log log.csv --truth truth.csv
     """
-    unit = named_unit(machine, unit)
+    unit = common.named_unit(machine, unit)
     from ramsight.api.duties import SEEDED, duty_for, named_loads, with_names
     from ramsight.api.simulating import recorded, reported_how
     from ramsight.duty.run_figures import run_cautions, run_numbers, run_summary
@@ -143,10 +131,10 @@ def simulate(
     how = reported_how(passed, built, seed=seed)
     run = recorded(made, work, ambient=ambient, sample_period=sample_period, progress=True)
     _write(run, how, out, log, truth, figure)
-    give(unit=unit, **run_numbers(run))
-    say_lines(run_summary(run))
-    say_cautions(run_cautions(run, described.unit(unit).drive.max_torque, derive(built).load_at_relief))
-    say_written(out, log, truth, figure)
+    common.give(unit=unit, **run_numbers(run))
+    common.say_lines(run_summary(run))
+    common.say_cautions(run_cautions(run, described.unit(unit).drive.max_torque, derive(built).load_at_relief))
+    common.say_written(out, log, truth, figure)
 
 
 def _check_files(
@@ -188,9 +176,9 @@ def _write(
 
 
 def datasheet(
-    machine: Machine,
+    machine: common.Machine,
     out: Annotated[Path, typer.Option(help="Folder for the sheet and its runs; made if it is not there.")],
-    unit: SensedUnit = None,
+    unit: common.SensedUnit = None,
     duty: Annotated[
         str,
         typer.Option(
@@ -223,7 +211,7 @@ def datasheet(
         str | None,
         typer.Option(help="Time between visits to an end stop, of a work day [default: as required, or 45 s]."),
     ] = None,
-    require: Requirement = None,
+    require: common.Requirement = None,
     method: Annotated[str, typer.Option(help="Design of the study: sobol or latin-hypercube.")] = "sobol",
     seed: Annotated[int, typer.Option(min=0, help="Seed of machines, duties and noise.")] = 0,
 ) -> None:
@@ -238,7 +226,7 @@ def datasheet(
 
     Example: ramsight datasheet mining-loader --unit boom --machines 1000 --out sheet
     """
-    unit = named_unit(machine, unit)
+    unit = common.named_unit(machine, unit)
     from contextlib import nullcontext
 
     from ramsight.api.studying import Study
@@ -267,12 +255,12 @@ def datasheet(
     title = f"{study.machine.title or study.machine.name}, unit {unit}"
     judged = study.required(sheet)
     write_sheet(sheet, found, out, title, judged)
-    give(unit=unit, sheet=sheet.numbers, requirement=None if judged is None else judged.numbers)
-    say_lines(sheet.text)
+    common.give(unit=unit, sheet=sheet.numbers, requirement=None if judged is None else judged.numbers)
+    common.say_lines(sheet.text)
     if judged is not None:
-        say_lines(judged.text)
-    report().add("written", [str(out / name) for name in FILES])
-    say(f"{out}: {', '.join(FILES[:-1])} and {FILES[-1]} written")
+        common.say_lines(judged.text)
+    common.report().add("written", [str(out / name) for name in FILES])
+    common.say(f"{out}: {', '.join(FILES[:-1])} and {FILES[-1]} written")
     if judged is not None and not judged.is_met:
         raise typer.Exit(1)
 

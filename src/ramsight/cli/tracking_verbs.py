@@ -2,47 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ramsight.cli.common import (
-    LOG,
-    BesideLogs,
-    ChannelMapFile,
-    DrivenUnit,
-    Machine,
-    Requirement,
-    StandingUnits,
-    Strict,
-    by_unit,
-    give,
-    named_unit,
-    plain,
-    report,
-    say,
-    say_error,
-    say_lines,
-    say_table,
-    say_written,
-    strictly,
-)
+from ramsight.cli import common
 
 if TYPE_CHECKING:
     from ramsight.machine.description import Machine as Described
+    from ramsight.machine.requirement_description import Requirement as Required
+    from ramsight.plant.unit import HydraulicUnit
+    from ramsight.signals import Signals
     from ramsight.tool.tool_track import ToolPoint
+    from ramsight.tracking.pieces import Pieces
+
+_STYLE = "screen"
 
 
 def logs_inspect(
-    file: Annotated[Path, typer.Argument(help=f"The log: {LOG}.")],
+    file: Annotated[Path, typer.Argument(help=f"The log: {common.LOG}.")],
     dbc: Annotated[list[Path] | None, typer.Option(help="What CAN frames mean: a DBC file; may be repeated.")] = None,
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="What is known already: the layout of a CSV file, PDOs, ...")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the proposed channel map here: .toml.")] = None,
-    strict: Strict = False,
+    strict: common.Strict = False,
 ) -> None:
     """Show what is in a log, and propose which of its channels are speed, torque and oil temperature.
 
@@ -61,27 +47,29 @@ def logs_inspect(
 
     check_target(out, (".toml",))
     check_apart({"the log": file, "--map": channel_map}, {"--out": out})
-    with strictly(is_strict=strict):
+    with common.strictly(is_strict=strict):
         with progress(1.0, "looking through") as bar:
             found = inspect_log(file, channel_map, dbc=dbc or (), advance=bar.advance)
-        say_table(inspection_table(found))
+        common.say_table(inspection_table(found))
         text = map_text(found, None if out is None else out.parent)
-        give(file=found.file, channels=[one.figures for one in found.channels], map=text)
+        common.give(file=found.file, channels=[one.figures for one in found.channels], map=text)
         if out is None:
-            say_lines("\n" + text.removesuffix("\n"))
+            common.say_lines("\n" + text.removesuffix("\n"))
             return
         write_text(text, out)
-        report().add("written", [str(out)])
-        say(f"{out}: written; check it, signs above all")
+        common.report().add("written", [str(out)])
+        common.say(f"{out}: written; check it, signs above all")
 
 
 def track(
-    machine: Machine,
+    machine: common.Machine,
     logs: Annotated[
         list[Path],
-        typer.Argument(metavar="log", help=f"Drive log: {LOG}. Several logs of one duty are laid over each other."),
+        typer.Argument(
+            metavar="log", help=f"Drive log: {common.LOG}. Several logs of one duty are laid over each other."
+        ),
     ],
-    unit: DrivenUnit = None,
+    unit: common.DrivenUnit = None,
     start: Annotated[
         str | None,
         typer.Option(
@@ -109,7 +97,7 @@ def track(
             help="Resume the kalman sensor from this file if it is there, and keep its state in it at the end."
         ),
     ] = None,
-    channel_map: ChannelMapFile = None,
+    channel_map: common.ChannelMapFile = None,
     out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz, .parquet, .mf4, .mcap or .nc.")] = None,
     truth: Annotated[
         Path | None,
@@ -126,7 +114,7 @@ def track(
     width: Annotated[str | None, typer.Option(help='Of the picture: "88 mm".')] = None,
     style: Annotated[
         str, typer.Option(help="Of the picture: screen, or journal (small serif font, no title).")
-    ] = "screen",
+    ] = _STYLE,
     alarm_limit: Annotated[
         str | None,
         typer.Option(
@@ -165,13 +153,13 @@ def track(
         str | None,
         typer.Option(help="Say where this point of the mechanism was, too: tip, payload, or BODY.NAME as bucket.edge."),
     ] = None,
-    beside: BesideLogs = None,
-    at: StandingUnits = None,
+    beside: common.BesideLogs = None,
+    at: common.StandingUnits = None,
     tool_figure: Annotated[
         Path | None, typer.Option(help="A picture of the point's height, reach and angle: .png, .svg or .pdf.")
     ] = None,
-    require: Requirement = None,
-    strict: Strict = False,
+    require: common.Requirement = None,
+    strict: common.Strict = False,
 ) -> None:
     """Say where the piston was, from the log of a motor drive.
 
@@ -193,7 +181,7 @@ def track(
     Example: ramsight track mining-loader monday.csv friday.csv --unit boom --align reference --figure both.png
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --tool tip --at "bucket=250 mm"
     """
-    unit = named_unit(machine, unit)
+    unit = common.named_unit(machine, unit)
     if len(logs) > 1:
         alone = {
             "--state": state, "--truth": truth, "--belief": belief, "--both": both or None, "--require": require,
@@ -204,98 +192,117 @@ def track(
         options = {
             "start": start, "start_std": start_std, "sensor": sensor, "channel_map": channel_map, "hindsight": hindsight
         }  # fmt: skip
-        with strictly(is_strict=strict):
+        with common.strictly(is_strict=strict):
             _overlaid(machine, unit, logs, (align or "start", cursor or []), options, out, (figure, width, style))
         return
     log = logs[0]
     _refuse({"--align": align, "--cursor": cursor or None}, "needs several logs")
-    from ramsight.api.plotting import look_of
-    from ramsight.api.requirements import achieved, required_unit
-    from ramsight.api.tracking import availability_of, follow, start_of
-    from ramsight.errors import DescriptionError
+    from ramsight.api.following import availability_of, follow, start_of, true_position
+    from ramsight.api.requirements import required_unit
     from ramsight.machine import load_machine
     from ramsight.plant.build import build
     from ramsight.tracking.availability import TIME_TO_ALERT
-    from ramsight.tracking.credible import known_position
-    from ramsight.tracking.figures import tracked_figure, verbatim
 
-    _check_files(machine, log, sensor, channel_map, truth, out, (figure, belief, tool_figure), state)
-    if belief is not None and sensor != "kalman":
-        raise DescriptionError("has no hypotheses to draw", key="sensor", value=sensor, allowed="kalman")
-    if both and not hindsight:
-        raise DescriptionError("needs --hindsight beside it", key="both")
-    if tool is None and (beside or at or tool_figure is not None):
-        raise DescriptionError("needs --tool beside it", key="beside, at or tool-figure")
-    look = look_of(width, style, is_drawn=figure is not None or belief is not None)
+    figures = (figure, belief, tool_figure)
+    _check_files(machine, log, sensor, channel_map, truth, out, figures, state)
+    _check_together(sensor, figures, tool, others=bool(beside or at), hindsight=hindsight, both=both)
+    look = _look(width, style, is_drawn=figure is not None or belief is not None)
     description = load_machine(machine)
     built = required_unit(build(description, unit), require)
     position, std = start_of(built, start, start_std)
     asked = built.requirement
-    waits = TIME_TO_ALERT if time_to_alert is None else time_to_alert
-    available = availability_of(built, alarm_limit, waits)
-    with strictly(is_strict=strict):
-        true = known_position(truth, log, channel_map, built)
+    available = availability_of(built, alarm_limit, TIME_TO_ALERT if time_to_alert is None else time_to_alert)
+    with common.strictly(is_strict=strict):
+        true = true_position(truth, log, channel_map, built)
         point = None if tool is None else _tool(description, tool, beside, at, channel_map)
         done = follow(
-            built,
-            log,
-            channel_map,
-            sensor=sensor,
-            start=position,
-            start_std=std,
-            state=state,
-            out=out,
+            built, log, channel_map, sensor=sensor, start=position, start_std=std, state=state, out=out,
             keep_track=true is not None or figure is not None or asked is not None or tool_figure is not None,
             keep_log=figure is not None or asked is not None,
             more=("mode", "reference", *(() if point is None else point.columns)),
-            tool=point,
-            available=available,
-            hindsight=hindsight,
-            both=both,
-            progress=True,
-            say=say_lines,
-        )
-        titled = description.title or description.name
-        title = verbatim(f"{titled}, {unit}: {log.name}")
-        if belief is not None:
-            from ramsight.tracking.belief_figure import tracked_belief
-
-            tracked_belief(built, log, channel_map, (position, std), true, title, belief, look)
-        if figure is not None and done.track is not None and done.log is not None:
-            tracked_figure(done.log, done.track, true, title, figure, look)
-        if tool_figure is not None and done.track is not None:
-            from ramsight.tool.tool_shown import draw_tool
-
-            draw_tool(done.track, verbatim(f"{titled}, {tool}: {log.name}"), tool_figure)
-        give(unit=unit, **done.figures, mistake=done.mistake)
-        say_lines(done.summary)
+            tool=point, available=available, hindsight=hindsight, both=both, progress=True, say=common.say_lines,
+        )  # fmt: skip
+        titles = [f"{description.title or description.name}, {what}: {log.name}" for what in (unit, tool)]
+        _draw(done, true, titles, figures, look, (built, log, channel_map, (position, std)))
+        common.give(unit=unit, **done.figures, mistake=done.mistake)
+        common.say_lines(done.summary)
         if true is not None and done.track is not None:
             _say_errors(done.track, true)
-        check = None if asked is None else achieved(done, true, asked, built)
-        if check is not None:
-            give(requirement={**plain(check), "is_met": check.is_met, "missing": check.missing})
-            say_lines(check.verdict)
-        say_written(out, figure, belief, tool_figure, None if done.is_contradicted else state)
+        is_missed = asked is not None and _say_achieved(done, true, asked, built)
+        common.say_written(out, *figures, None if done.is_contradicted else state)
         if done.mistake:
-            say(f"likeliest mistake: {done.mistake}")
+            common.say(f"likeliest mistake: {done.mistake}")
         useless = strict and not done.has_position
         if useless:
-            say_error("no sample has a position: no end stop and no reference was met, and no --start was given")
-        if useless or (check is not None and true is not None and not check.is_met):
+            common.say_error("no sample has a position: no end stop and no reference was met, and no --start was given")
+        if useless or is_missed:
             raise typer.Exit(1)
+
+
+def _look(width: str | None, style: str, *, is_drawn: bool) -> Any:
+    """How a picture looks; None where none is drawn, and no look is asked for."""
+    if not is_drawn and width is None and style == _STYLE:
+        return None
+    from ramsight.api.plotting import look_of
+
+    return look_of(width, style, is_drawn=is_drawn)
+
+
+def _draw(
+    done: Pieces,
+    true: Signals | None,
+    titles: Iterable[str],
+    figures: tuple[Path | None, Path | None, Path | None],
+    look: Any,
+    begun: tuple[HydraulicUnit, Path, Path | None, tuple[float | None, float]],
+) -> None:
+    """Draw what is asked for: the track, what the sensor knows, the tool.
+
+    Args:
+        titles: of what shows the unit, and of what shows the tool.
+        begun: unit, log, map, and the position at first with its standard deviation.
+    """
+    if not any(figures):
+        return
+    from ramsight.tracking.figures import tracked_figure, verbatim
+
+    figure, belief, tool_figure = figures
+    of_unit, of_tool = map(verbatim, titles)
+    if belief is not None:
+        from ramsight.tracking.belief_figure import tracked_belief
+
+        tracked_belief(*begun, true, of_unit, belief, look)
+    if figure is not None and done.track is not None and done.log is not None:
+        tracked_figure(done.log, done.track, true, of_unit, figure, look)
+    if tool_figure is not None and done.track is not None:
+        from ramsight.tool.tool_shown import draw_tool
+
+        draw_tool(done.track, of_tool, tool_figure)
+
+
+def _say_achieved(done: Pieces, true: Signals | None, asked: Required, unit: HydraulicUnit) -> bool:
+    """Say what a track achieves of a requirement; whether a true position shows that it is missed."""
+    from ramsight.api.requirements import achieved
+
+    check = achieved(done, true, asked, unit)
+    if check is None:
+        return False
+    common.give(requirement={**common.plain(check), "is_met": check.is_met, "missing": check.missing})
+    common.say_lines(check.verdict)
+    return true is not None and not check.is_met
 
 
 def _say_errors(track: Any, true: Any) -> None:
     """Say how far a track is off, and the live sensor's where both are in it."""
-    from ramsight.tracking.position_errors import error_text, errors_of, live_of
+    from ramsight.tracking.track_errors import error_text, errors_of, live_of
 
     errors = errors_of(track, true)
-    give(errors=errors)
-    say_lines(error_text(errors, len(track)))
+    common.give(errors=errors)
+    common.say_lines(error_text(errors, len(track)))
     if (live := live_of(track)) is not None:
         found = errors_of(live, true)
-        give(live_errors=found)
-        say_lines(f"live sensor: {error_text(found, len(live))}")
+        common.give(live_errors=found)
+        common.say_lines(f"live sensor: {error_text(found, len(live))}")
 
 
 def _refuse(passed: Mapping[str, object], why: str) -> None:
@@ -325,7 +332,6 @@ def _overlaid(
     Args:
         asked: what is at 0 s, and at which instants to read.
     """
-    from ramsight.api.plotting import look_of
     from ramsight.api.second_channel import overlay
     from ramsight.optional import check_extra
     from ramsight.output import check_apart, check_figure, check_table
@@ -341,15 +347,15 @@ def _overlaid(
         **{f"log {k}": log for k, log in enumerate(logs, start=1)},
     }  # fmt: skip
     check_apart(read, {"--out": out, "--figure": figure})
-    look = look_of(width, style, is_drawn=figure is not None)
+    look = _look(width, style, is_drawn=figure is not None)
     runs = overlay(machine, logs, unit=unit, align=asked[0], cursors=asked[1], progress=True, **options)
     if out is not None:
         write_overlay(runs, out)
     if figure is not None:
         overlay_figure(runs, verbatim(f"{machine}, {unit}: {len(logs)} runs"), figure, look)
-    give(unit=unit, **runs.figures)
-    say_lines(runs.text)
-    say_written(out, figure)
+    common.give(unit=unit, **runs.figures)
+    common.say_lines(runs.text)
+    common.say_written(out, figure)
 
 
 def _tool(
@@ -360,9 +366,24 @@ def _tool(
     from ramsight.plant.linked import build_linked
 
     linked = build_linked(description)
-    logs = by_unit(beside, "beside", "bucket=bucket.csv")
-    others = others_of(linked, logs, by_unit(at, "at", "bucket=250 mm"), channel_map)
+    logs = common.by_unit(beside, "beside", "bucket=bucket.csv")
+    others = others_of(linked, logs, common.by_unit(at, "at", "bucket=250 mm"), channel_map)
     return tool_of(description, linked, tool, others)
+
+
+def _check_together(
+    sensor: str, figures: tuple[Path | None, ...], tool: str | None, *, others: bool, hindsight: bool, both: bool
+) -> None:
+    """Refuse options that need another one, or another sensor."""
+    from ramsight.errors import DescriptionError
+
+    _, belief, tool_figure = figures
+    if belief is not None and sensor != "kalman":
+        raise DescriptionError("has no hypotheses to draw", key="sensor", value=sensor, allowed="kalman")
+    if both and not hindsight:
+        raise DescriptionError("needs --hindsight beside it", key="both")
+    if tool is None and (others or tool_figure is not None):
+        raise DescriptionError("needs --tool beside it", key="beside, at or tool-figure")
 
 
 def _check_files(

@@ -7,27 +7,79 @@ import inspect
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections import UserDict
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from importlib import import_module
 from io import TextIOWrapper
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from ramsight.cli import (
-    bus_verbs,
-    calibration_verbs,
-    comparing_verbs,
-    exporting_verbs,
-    history_verbs,
-    machine_verbs,
-    simulation_verbs,
-    tracking_verbs,
-    weighing_verbs,
-)
 from ramsight.cli.common import group, say, say_error, scripted
 from ramsight.errors import DescriptionError, printable
+
+
+@dataclass(frozen=True)
+class Group:
+    """Verbs under one word.
+
+    Attributes:
+        verbs: the module of each, by its name.
+        help: what they are for.
+        alone: the module of what the word does by itself, `catalog_list` of ``catalog``; empty where it needs a verb.
+    """
+
+    verbs: Mapping[str, str]
+    help: str = ""
+    alone: str = ""
+
+
+SECTIONS: dict[str, dict[str, str]] = {
+    "Describe": dict.fromkeys(("new", "check", "draw"), "machine_verbs"),
+    "Simulate and study": dict.fromkeys(("simulate", "datasheet"), "simulation_verbs"),
+    "Follow a log": {"track": "tracking_verbs", "compare": "comparing_verbs", "weigh": "weighing_verbs"},
+    "Calibrate and commission": dict.fromkeys(
+        ("leak-test", "identify", "calibrate", "commission"), "calibration_verbs"
+    ),
+    "Deploy": {"encoder": "bus_verbs", "fmeda": "exporting_verbs"},
+    "Look on": dict.fromkeys(("demo", "studio"), "machine_verbs"),
+}
+"""The module of each verb by what it is for, as the help lists them; groups of verbs join theirs in `GROUPS`.
+
+A verb's function has its name: `leak_test` of ``leak-test``, `logs_inspect` of ``logs inspect``.
+"""
+GROUPS: dict[str, tuple[str, Group]] = {
+    "catalog": ("Describe", Group(dict.fromkeys(("show", "check"), "machine_verbs"), alone="machine_verbs")),
+    "logs": (
+        "Follow a log",
+        Group(
+            {"inspect": "tracking_verbs", "shared": "comparing_verbs", "replay": "bus_verbs"},
+            "Look into drive logs, and send them.",
+        ),
+    ),
+    "history": (
+        "Calibrate and commission",
+        Group(
+            dict.fromkeys(("add", "event", "show", "plot", "report", "export"), "history_verbs"),
+            "How a machine changes over months, and a fleet of them.",
+        ),
+    ),
+    "export": (
+        "Deploy",
+        Group(
+            dict.fromkeys(("c", "wasm", "page", "fmu", "ssp", "parameters", "fmeda"), "exporting_verbs"),
+            "Into a control unit, a simulator and a browser.",
+        ),
+    ),
+}
+FIGURES = {
+    "check", "simulate", "datasheet", "track", "compare", "weigh", "leak-test", "identify", "commission",
+    "logs-inspect", "history-add", "history-show",
+}  # fmt: skip
+"""Verbs with ``--json``: what they say are figures (docs/reference/scripts.md)."""
 
 
 class Verb(TyperCommand):
@@ -55,6 +107,11 @@ class Verb(TyperCommand):
 class Sectioned(TyperGroup):
     """The verbs in sections, by what they are for; what it refuses of a command line is escaped when it is repeated."""
 
+    def __init__(self, **more: Any) -> None:
+        super().__init__(**more)
+        alone = {name: home for homes in SECTIONS.values() for name, home in homes.items()}
+        self.commands: Any = Offered({**alone, **{name: one for name, (_, one) in GROUPS.items()}})
+
     def make_context(self, *words: Any, **more: Any) -> Any:  # noqa: D102 - as in Click
         with _escaped():
             return super().make_context(*words, **more)
@@ -64,8 +121,8 @@ class Sectioned(TyperGroup):
             return super().invoke(ctx)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: D102 - as in Click
-        sections = {title: [verb_name(verb) for verb in verbs] for title, verbs in SECTIONS.items()}
-        for name, title in GROUPS.items():
+        sections = {title: list(homes) for title, homes in SECTIONS.items()}
+        for name, (title, _) in GROUPS.items():
             sections[title].append(name)
         limit = formatter.width - 6 - max(map(len, self.commands))
         for title, names in sections.items():
@@ -90,25 +147,59 @@ def _escaped() -> Iterator[None]:
 app = group(name="ramsight", cls=Sectioned, no_args_is_help=True, pretty_exceptions_enable=False)
 
 
-def offer(to: typer.Typer, verb: Callable[..., Any], name: str | None = None, *, alone: bool = False) -> None:
-    """Offer a verb with its docstring as help, in which each example has a line of its own that can be copied.
+class Offered(UserDict[str, Any]):
+    """Commands by name. Each is made, and the module of its verb loaded, when it is asked for first.
 
     Args:
-        name: what it is called there; by default as the function, with hyphens.
+        homes: the module of each verb, or a group of verbs.
+        under: the word before them.
     """
+
+    def __init__(self, homes: Mapping[str, str | Group], under: str = "") -> None:
+        super().__init__(homes)
+        self._under = under
+
+    def __getitem__(self, name: str) -> Any:
+        home = self.data[name]
+        if isinstance(home, Group):
+            self.data[name] = _made_group(name, home)
+        elif isinstance(home, str):
+            self.data[name] = _made_verb(name, home, f"{self._under}-{name}" if self._under else name)
+        return self.data[name]
+
+
+def _made_verb(name: str, home: str, formatted: str) -> Any:
+    """A verb as the command line has it.
+
+    Args:
+        formatted: the name in its JSON: the group's with it.
+    """
+    verb = _function(home, formatted)
+    one = group(add_completion=False)
+    one.command(name, cls=Verb, help=_help(verb))(scripted(verb, formatted, has_figures=formatted in FIGURES))
+    return typer.main.get_command(one)
+
+
+def _made_group(name: str, what: Group) -> Any:
+    """Verbs under one word as the command line has them."""
+    verb = _function(what.alone, f"{name}-list") if what.alone else lambda: None
+    one = group(
+        name=name, add_completion=False, invoke_without_command=bool(what.alone), no_args_is_help=not what.alone
+    )
+    one.callback(help=what.help or _help(verb))(verb)
+    made: Any = typer.main.get_command(one)
+    made.commands = Offered(what.verbs, name)
+    return made
+
+
+def _function(home: str, formatted: str) -> Any:
+    return getattr(import_module(f"ramsight.cli.{home}"), formatted.replace("-", "_"))
+
+
+def _help(verb: Any) -> str:
+    """A verb's docstring, in which each example has a line of its own that can be copied."""
     # \b makes Click leave the lines of a paragraph as they are.
-    text = re.sub(r"((?:^Example: .*\n*)+)\Z", _examples, inspect.getdoc(verb) or "", flags=re.MULTILINE)
-    if alone:
-        to.callback(help=text)(verb)
-    else:
-        called = name or verb_name(verb)
-        formatted = f"{to.info.name}-{called}" if to is not app else called
-        to.command(called, cls=Verb, help=text)(scripted(verb, formatted, has_figures=verb in FIGURES))
-
-
-def verb_name(verb: Callable[..., Any]) -> str:
-    """What a verb is called on the command line, ``leak-test`` of `leak_test`."""
-    return verb.__name__.replace("_", "-")
+    return re.sub(r"((?:^Example: .*\n*)+)\Z", _examples, inspect.getdoc(verb) or "", flags=re.MULTILINE)
 
 
 def _examples(found: re.Match[str]) -> str:
@@ -141,73 +232,6 @@ def ramsight(
         from ramsight.machine.catalogue import VARIABLE
 
         os.environ[VARIABLE] = own
-
-
-SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
-    "Describe": (machine_verbs.new, machine_verbs.check, machine_verbs.draw),
-    "Simulate and study": (simulation_verbs.simulate, simulation_verbs.datasheet),
-    "Follow a log": (tracking_verbs.track, comparing_verbs.compare, weighing_verbs.weigh),
-    "Calibrate and commission": (
-        calibration_verbs.leak_test,
-        calibration_verbs.identify,
-        calibration_verbs.calibrate,
-        calibration_verbs.commission,
-    ),
-    "Deploy": (bus_verbs.encoder, exporting_verbs.fmeda),
-    "Look on": (machine_verbs.demo, machine_verbs.studio),
-}
-"""Verbs by what they are for, as the help lists them; groups of verbs join theirs in `GROUPS`."""
-FIGURES = (
-    machine_verbs.check,
-    simulation_verbs.simulate,
-    simulation_verbs.datasheet,
-    tracking_verbs.track,
-    tracking_verbs.logs_inspect,
-    comparing_verbs.compare,
-    weighing_verbs.weigh,
-    calibration_verbs.leak_test,
-    calibration_verbs.identify,
-    calibration_verbs.commission,
-    history_verbs.history_add,
-    history_verbs.history_show,
-)
-"""Verbs with ``--json``: what they say are figures (docs/reference/scripts.md)."""
-GROUPS = {"catalog": "Describe", "logs": "Follow a log", "history": "Calibrate and commission", "export": "Deploy"}
-
-for verbs in SECTIONS.values():
-    for verb in verbs:
-        offer(app, verb)
-
-catalog = group(name="catalog", invoke_without_command=True)
-offer(catalog, machine_verbs.catalog_list, alone=True)
-offer(catalog, machine_verbs.catalog_show, "show")
-offer(catalog, machine_verbs.catalog_check, "check")
-app.add_typer(catalog, name="catalog")
-
-logs = group(name="logs", no_args_is_help=True, help="Look into drive logs, and send them.")
-offer(logs, tracking_verbs.logs_inspect, "inspect")
-offer(logs, comparing_verbs.logs_shared, "shared")
-offer(logs, bus_verbs.logs_replay, "replay")
-app.add_typer(logs, name="logs")
-
-history = group(name="history", no_args_is_help=True, help="How a machine changes over months, and a fleet of them.")
-offer(history, history_verbs.history_add, "add")
-offer(history, history_verbs.history_event, "event")
-offer(history, history_verbs.history_show, "show")
-offer(history, history_verbs.history_plot, "plot")
-offer(history, history_verbs.history_report, "report")
-offer(history, history_verbs.history_export, "export")
-app.add_typer(history, name="history")
-
-export = group(name="export", no_args_is_help=True, help="Into a control unit, a simulator and a browser.")
-offer(export, exporting_verbs.export_c, "c")
-offer(export, exporting_verbs.export_wasm, "wasm")
-offer(export, exporting_verbs.export_page, "page")
-offer(export, exporting_verbs.export_fmu, "fmu")
-offer(export, exporting_verbs.export_ssp, "ssp")
-offer(export, exporting_verbs.export_parameters, "parameters")
-offer(export, exporting_verbs.export_fmeda, "fmeda")
-app.add_typer(export, name="export")
 
 
 def main() -> None:

@@ -7,41 +7,27 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import (
-    LOG,
-    BesideLogs,
-    ChannelMapFile,
-    EmptyLogs,
-    KnownLogs,
-    Machine,
-    StandingUnits,
-    by_unit,
-    give,
-    known_masses,
-    say_lines,
-    say_table,
-    say_written,
-)
+from ramsight.cli import common
 
 
 def weigh(
-    machine: Machine,
-    logs: Annotated[list[Path], typer.Argument(help=f"Logs of the unit that lifts: {LOG}.")],
+    machine: common.Machine,
+    logs: Annotated[list[Path], typer.Argument(help=f"Logs of the unit that lifts: {common.LOG}.")],
     unit: Annotated[
         str | None, typer.Option("--unit", help="The unit that lifts [default: the mechanism's first].")
     ] = None,
     start: Annotated[
         str | None, typer.Option(help='Position of its piston at the beginning of each log: "50 mm".')
     ] = None,
-    beside: BesideLogs = None,
-    at: StandingUnits = None,
-    empty: EmptyLogs = None,
-    known: KnownLogs = None,
+    beside: common.BesideLogs = None,
+    at: common.StandingUnits = None,
+    empty: common.EmptyLogs = None,
+    known: common.KnownLogs = None,
     lowered_empty: Annotated[
         bool, typer.Option("--lowered-empty", help="What the logs lower is an empty tool: teaches the zero.")
     ] = False,
     inclination: Annotated[str, typer.Option(help='Of the machine, its front up: "3 deg".')] = "0 deg",
-    channel_map: ChannelMapFile = None,
+    channel_map: common.ChannelMapFile = None,
     out: Annotated[Path | None, typer.Option(help="A row a weighing: .csv, .csv.gz or .parquet.")] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of them: .png, .svg or .pdf.")] = None,
 ) -> None:
@@ -63,21 +49,21 @@ def weigh(
 
     check_table(out)
     check_figure(figure)
-    masses = known_masses(empty, known)
+    masses = common.known_masses(empty, known)
     read = {f"log {k + 1}": one for k, one in enumerate([*logs, *(file for _, file in masses)])}
     check_apart({"the machine": machine, "--map": channel_map, **read}, {"--out": out, "--figure": figure})
     found = weigh_logs(
-        machine, logs, unit=unit, start=start, beside=by_unit(beside, "beside", "bucket=bucket.csv"),
-        at=by_unit(at, "at", "bucket=250 mm"), known=masses, lowered_empty=lowered_empty, inclination=inclination,
-        channel_map=channel_map,
+        machine, logs, unit=unit, start=start, beside=common.by_unit(beside, "beside", "bucket=bucket.csv"),
+        at=common.by_unit(at, "at", "bucket=250 mm"), known=masses, lowered_empty=lowered_empty,
+        inclination=inclination, channel_map=channel_map,
     )  # fmt: skip
-    give(**found.figures)
+    common.give(**found.figures)
     if found.weighings:
-        say_table(weighings_table(found.weighings, rated=found.has_chart))
-    say_lines(found.text)
+        common.say_table(weighings_table(found.weighings, rated=found.has_chart))
+    common.say_lines(found.text)
     if out is not None:
         with open_table(out, formats=dict.fromkeys(found.columns, "%.9g")) as table:
             table.append(found.columns)
     if figure is not None:
         draw_weighings(found.weighings, found.logs, figure)
-    say_written(out, figure)
+    common.say_written(out, figure)

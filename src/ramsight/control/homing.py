@@ -6,19 +6,11 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
+from ramsight.control import thresholds as limit
 from ramsight.control.activity import Event
 from ramsight.control.actuation import Actuation
 from ramsight.control.decision import Sample, Wish
 from ramsight.control.orders import Orders, Reason
-from ramsight.control.thresholds import (
-    FAR_SIGMAS,
-    HELD_SPEED_SHARE,
-    LOAD_AVERAGING,
-    NO_PLACE,
-    PRESSURE_TIME,
-    SEARCH_FACTOR,
-    SEARCH_PRESSINGS,
-)
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Condition, Flag, Real, Scalar, all_of, any_of, negated, within
 from ramsight.plant.limits import limits_of
@@ -29,7 +21,7 @@ from ramsight.plant.unit import HydraulicUnit
 class Homing:
     """State of a visit to an end stop."""
 
-    end: Scalar = leaf("m", NO_PLACE)  # the stop that is sought or stood on, or none
+    end: Scalar = leaf("m", limit.NO_PLACE)  # the stop that is sought or stood on, or none
     time: Scalar = leaf("s")  # since the beginning
     velocity: Scalar = leaf("m/s")  # towards the stop
     stood: Scalar = leaf("s")  # how long the rod has been held
@@ -60,7 +52,7 @@ def ordered(state: Homing, orders: Orders, unit: HydraulicUnit) -> Homing:
     end = ca.if_else(orders.lifted, end_stop(unit, lifted=True), end_stop(unit, lifted=False))
     return replace(
         state,
-        end=ca.if_else(orders.homed, end, ca.if_else(orders.any, NO_PLACE, state.end)),
+        end=ca.if_else(orders.homed, end, ca.if_else(orders.any, limit.NO_PLACE, state.end)),
         time=ca.if_else(orders.homed, 0.0, state.time),
         velocity=ca.if_else(orders.homed, 0.0, state.velocity),
         stood=ca.if_else(orders.homed, 0.0, state.stood),
@@ -103,8 +95,8 @@ def slow_velocity(by: Actuation) -> float:
 
 def longest_search(by: Actuation) -> float:
     """Time after which the search for a stop ends [s]."""
-    way = SEARCH_FACTOR * by.unit.cylinder.stroke / slow_velocity(by)
-    return float(way + SEARCH_PRESSINGS * by.tuning.pressing)
+    way = limit.SEARCH_FACTOR * by.unit.cylinder.stroke / slow_velocity(by)
+    return float(way + limit.SEARCH_PRESSINGS * by.tuning.pressing)
 
 
 def approach(by: Actuation, velocity: Real, away: Real, std: Real, fast: Real, trusted: Condition) -> Scalar:
@@ -117,19 +109,19 @@ def approach(by: Actuation, velocity: Real, away: Real, std: Real, fast: Real, t
         fast: velocity where it is far [m/s].
     """
     limits, change = by.limits, by.limits.acceleration * by.period
-    far = away - limits.landing_zone - FAR_SIGMAS * std > 0.5 * limits.speed**2 / limits.acceleration
+    far = away - limits.landing_zone - limit.FAR_SIGMAS * std > 0.5 * limits.speed**2 / limits.acceleration
     return within(ca.if_else(all_of(trusted, far), fast, slow_velocity(by)), velocity - change, velocity + change)
 
 
 def is_held(by: Actuation, time: Scalar, velocity: Scalar) -> Flag:
     """Whether something holds the rod: a velocity [m/s] at a time since the beginning [s], when it surely moves."""
-    sets_out = by.limits.speed / by.limits.acceleration + PRESSURE_TIME + by.lag
-    return all_of(time > sets_out, abs(velocity) < HELD_SPEED_SHARE * slow_velocity(by))
+    sets_out = by.limits.speed / by.limits.acceleration + limit.PRESSURE_TIME + by.lag
+    return all_of(time > sets_out, abs(velocity) < limit.HELD_SPEED_SHARE * slow_velocity(by))
 
 
 def averaged(by: Actuation, felt: Scalar, load: Scalar) -> Scalar:
     """The load on the way [N] behind a low pass of `LOAD_AVERAGING`."""
-    return felt + by.period / (LOAD_AVERAGING + by.period) * (load - felt)
+    return felt + by.period / (limit.LOAD_AVERAGING + by.period) * (load - felt)
 
 
 def pressing_speed(by: Actuation, state: Homing, load: Real) -> Scalar:
@@ -163,4 +155,4 @@ def referenced(state: Homing, by: Actuation, rests: Flag, speed: Real) -> tuple[
     """The stop's place [m] for the sensor, once, when homing is over: behind a valve the motor stands by then."""
     waits = all_of(state.found, rests)
     over = waits if not by.holding.stands else all_of(waits, speed == 0.0)
-    return replace(state, found=all_of(waits, negated(over))), ca.if_else(over, state.end, NO_PLACE)
+    return replace(state, found=all_of(waits, negated(over))), ca.if_else(over, state.end, limit.NO_PLACE)

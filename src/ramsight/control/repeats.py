@@ -25,14 +25,7 @@ from statistics import NormalDist
 
 import casadi as ca
 
-from ramsight.control.thresholds import (
-    FALSE_ALARM_RATE,
-    NEVER_SAMPLES,
-    NO_REPORT,
-    PRIOR_REPEATS,
-    SURE_RUNS,
-    TAIL_SIGMAS,
-)
+from ramsight.control import thresholds as limit
 from ramsight.engine.typed_state import chosen, leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, negated
 
@@ -50,12 +43,12 @@ def runs(share: float, period: float) -> int:
     """
     if share <= 0.0:
         return 1
-    return max(math.ceil(math.log(FALSE_ALARM_RATE * period) / math.log(share)), 1)
+    return max(math.ceil(math.log(limit.FALSE_ALARM_RATE * period) / math.log(share)), 1)
 
 
 def runs_of(share: Real, period: float) -> Scalar:
     """As `runs`, of a share above 0 and below 1 that is an expression."""
-    return ca.fmax(ca.ceil(math.log(FALSE_ALARM_RATE * period) / ca.log(share)), 1.0)
+    return ca.fmax(ca.ceil(math.log(limit.FALSE_ALARM_RATE * period) / ca.log(share)), 1.0)
 
 
 def upper_share(met: Real, samples: Real) -> Real:
@@ -65,7 +58,7 @@ def upper_share(met: Real, samples: Real) -> Real:
         >>> upper_share(0.0, 0.0), round(upper_share(27.0, 300.0), 3)
         (1.0, 0.099)
     """
-    return (met + PRIOR_REPEATS) / (samples + PRIOR_REPEATS)
+    return (met + limit.PRIOR_REPEATS) / (samples + limit.PRIOR_REPEATS)
 
 
 def repeats(count: int, noise: float, step: float, off: float = 0.0) -> float:
@@ -80,7 +73,7 @@ def repeats(count: int, noise: float, step: float, off: float = 0.0) -> float:
         >>> round(repeats(2, 1.0, 1.0), 3)
         0.085
     """
-    normal, reach = NormalDist(off, noise), math.ceil(TAIL_SIGMAS * noise / step) + 1
+    normal, reach = NormalDist(off, noise), math.ceil(limit.TAIL_SIGMAS * noise / step) + 1
     edges = [normal.cdf((k - 0.5) * step) for k in range(-reach, reach + 2)]
     return sum((after - before) ** (count + 1) for before, after in pairwise(edges))
 
@@ -105,10 +98,10 @@ def repeats_in_a_row(noise: float, step: float, period: float) -> float:
     if noise <= 0.0:
         return math.inf
     likeliest = 2.0 * NormalDist().cdf(0.5 * step / noise) - 1.0
-    if likeliest >= 1.0 or math.log(FALSE_ALARM_RATE * period) / math.log(likeliest) > NEVER_SAMPLES:
+    if likeliest >= 1.0 or math.log(limit.FALSE_ALARM_RATE * period) / math.log(likeliest) > limit.NEVER_SAMPLES:
         return math.inf
     count = max(math.floor(runs(likeliest, period) / 2) - 1, 1)
-    while repeats(count, noise, step) > FALSE_ALARM_RATE * period:
+    while repeats(count, noise, step) > limit.FALSE_ALARM_RATE * period:
         count += 1
     return count
 
@@ -140,7 +133,7 @@ class Current:
     """The run that has not ended."""
 
     runs: tuple[Run, Run]  # for commands that are steady and that tremble
-    speed: Scalar = leaf("rad/s", NO_REPORT)  # that repeats
+    speed: Scalar = leaf("rad/s", limit.NO_REPORT)  # that repeats
     alarm: Flag = leaf("1")  # whether the run is too long
     repeated: Flag = leaf("1")  # whether the last sample was a repeat that counts
 
@@ -204,7 +197,7 @@ def look(
 def _too_long(run: Run, learned: Learned, enough: float, period: float) -> Flag:
     """Whether a run is too long by the declared noise, and by what was seen: log(rate) / log(share) repeats."""
     share = upper_share(learned.met, learned.seen)
-    sure = all_of(run.repeats >= enough, learned.samples >= SURE_RUNS * enough)
+    sure = all_of(run.repeats >= enough, learned.samples >= limit.SURE_RUNS * enough)
     return all_of(sure, share < 1.0, run.repeats >= runs_of(share, period))
 
 

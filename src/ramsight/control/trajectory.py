@@ -12,14 +12,7 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from ramsight.control.thresholds import (
-    ARRIVAL_STEPS,
-    LANDING_SPEED_SHARE,
-    LANDING_ZONE_SHARE,
-    RAMP_TIME,
-    SMOOTHING_TIME,
-    SPEED_SHARE,
-)
+from ramsight.control import thresholds as limit
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, scalar, within
 from ramsight.plant.unit import HydraulicUnit
@@ -54,9 +47,9 @@ class Limits:
             >>> f"{limits.smoothing:.1f} s, {1e3 * limits.jerk:.0f} mm/s3"
             '0.2 s, 355 mm/s3'
         """
-        fastest = SPEED_SHARE * (unit.max_speed * unit.travel_per_radian) if speed is None else speed
-        zone, ramp = LANDING_ZONE_SHARE * unit.cylinder.stroke, fastest / RAMP_TIME
-        return cls(fastest, ramp, LANDING_SPEED_SHARE * fastest, zone, 2.0 * ramp / SMOOTHING_TIME, force)
+        fastest = limit.SPEED_SHARE * (unit.max_speed * unit.travel_per_radian) if speed is None else speed
+        zone, ramp = limit.LANDING_ZONE_SHARE * unit.cylinder.stroke, fastest / limit.RAMP_TIME
+        return cls(fastest, ramp, limit.LANDING_SPEED_SHARE * fastest, zone, 2.0 * ramp / limit.SMOOTHING_TIME, force)
 
     @property
     def smoothing(self) -> float:
@@ -141,7 +134,7 @@ def advanced(
     new = velocity + within(wanted - velocity, -slope * period, slope * period)
     moved = 0.5 * (velocity + new) * period
     close = all_of(abs(rest) <= abs(moved), direction * moved >= 0.0)
-    arrived = all_of(close, abs(new) <= ARRIVAL_STEPS * slope * period)
+    arrived = all_of(close, abs(new) <= limit.ARRIVAL_STEPS * slope * period)
     place = ca.if_else(arrived, target, position + moved)
     return Trajectory((place, *way.points[:-1]), ca.if_else(arrived, 0.0, new))
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ramsight.api.tracking import follow
+from ramsight.api.following import follow
 from ramsight.demo import AS_BUILT, LOG, MACHINE, POSITION, UNIT
 from ramsight.logs.truth import truth_signals
 from ramsight.normal import TWO_SIDED_95
@@ -20,18 +20,8 @@ from ramsight.plant.build import build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.thresholds import START_STD
 from ramsight.signals import Signals
-from ramsight.tracking.figures import (
-    ERROR,
-    ESTIMATE,
-    STYLE,
-    TRUTH,
-    draw_band,
-    draw_drive,
-    legend_above,
-    save,
-    shade_status,
-)
-from ramsight.tracking.position_errors import stop_visits, with_error
+from ramsight.tracking import figures
+from ramsight.tracking.track_errors import stop_visits, with_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -90,8 +80,8 @@ def write_figure(shown: Shown, path: Path) -> None:
     with needing("figures"):
         import matplotlib as mpl
 
-    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
-        save(draw(shown), path)
+    with mpl.rc_context(figures.STYLE):  # type: ignore[arg-type]
+        figures.save(draw(shown), path)
 
 
 def draw(shown: Shown) -> Figure:
@@ -103,22 +93,26 @@ def draw(shown: Shown) -> Figure:
     axes = figure.subplots(8, 1, sharex=True, height_ratios=[2.2, 1.4, 1.1, 1.0, 1.0, 0.7, 0.7, 0.6])
     sensor, sheet, time = shown.sensor, shown.sheet, shown.sensor["time"].values
     axes[0].plot(
-        shown.truth["time"].values, 1e3 * shown.truth["position"].values, color=TRUTH, lw=2.4, label="true position"
+        shown.truth["time"].values,
+        1e3 * shown.truth["position"].values,
+        color=figures.TRUTH,
+        lw=2.4,
+        label="true position",
     )
     axes[0].plot(time, 1e3 * sheet["position"].values, color=_SHEET, lw=1.0, label="data sheet alone, known start")
-    axes[0].plot(time, 1e3 * sensor["position"].values, color=ESTIMATE, lw=1.1, label="sensor, unknown start")
+    axes[0].plot(time, 1e3 * sensor["position"].values, color=figures.ESTIMATE, lw=1.1, label="sensor, unknown start")
     axes[0].set_ylabel("position\n[mm]")
     axes[1].plot(time, 1e3 * sheet["error"].values, color=_SHEET, lw=1.0)
-    axes[1].plot(time, 1e3 * sensor["error"].values, color=ERROR, lw=1.2)
-    axes[1].axhline(0.0, color=TRUTH, lw=0.6)
+    axes[1].plot(time, 1e3 * sensor["error"].values, color=figures.ERROR, lw=1.2)
+    axes[1].axhline(0.0, color=figures.TRUTH, lw=0.6)
     axes[1].set_ylabel("errors\n[mm]")
-    draw_band(axes[2], time, TWO_SIDED_95 * 1e3 * sensor["position_std"].values, 1e3 * sensor["error"].values)
+    figures.draw_band(axes[2], time, TWO_SIDED_95 * 1e3 * sensor["position_std"].values, 1e3 * sensor["error"].values)
     for panel, (name, words) in zip(axes[3:5], _LEARNED, strict=True):
         _learned(panel, sensor, name, words)
-    draw_drive(axes[5:], sensor)
+    figures.draw_drive(axes[5:], sensor)
     for panel in axes[:5]:
-        shade_status(panel, time, sensor["status"].values)
-    legend_above(axes[0], ncols=3, fontsize=8)
+        figures.shade_status(panel, time, sensor["status"].values)
+    figures.legend_above(axes[0], ncols=3, fontsize=8)
     figure.suptitle("A boom that is not its data sheet, six minutes of work", x=0.01, ha="left", fontsize=11)
     figure.align_ylabels()
     return figure
@@ -128,10 +122,10 @@ def _learned(axes: Any, sensor: Signals, name: str, words: str) -> None:
     """Draw a factor over time with its 95 % band, and what it is in truth."""
     time, value = sensor["time"].values, sensor[f"{name}_factor"].values
     half = TWO_SIDED_95 * sensor[f"{name}_factor_std"].values
-    axes.fill_between(time, value - half, value + half, color=ESTIMATE, alpha=0.2, lw=0)
-    axes.plot(time, value, color=ESTIMATE, lw=1.2)
-    axes.axhline(AS_BUILT[name], color=TRUTH, lw=1.0, ls="--", label="what it is")
-    legend_above(axes, fontsize=7)
+    axes.fill_between(time, value - half, value + half, color=figures.ESTIMATE, alpha=0.2, lw=0)
+    axes.plot(time, value, color=figures.ESTIMATE, lw=1.2)
+    axes.axhline(AS_BUILT[name], color=figures.TRUTH, lw=1.0, ls="--", label="what it is")
+    figures.legend_above(axes, fontsize=7)
     axes.set_ylabel(f"{words}\n[1]")
 
 

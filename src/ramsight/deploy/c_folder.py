@@ -99,17 +99,7 @@ def write_sensor(
     built = build(machine, unit)
     if single:
         _check_floats(built)
-    if tabled and profile is not Profile.KALMAN:
-        raise DescriptionError("has no table of numbers", key="profile", value=profile.value, allowed="kalman")
-    if control and profile is Profile.BALANCE:
-        raise DescriptionError(
-            "has no control", key="profile", value=profile.value, allowed=f"kalman, {Profile.KALMAN_SMALL.value}"
-        )
-    if weighing and profile is Profile.BALANCE:
-        raise DescriptionError(
-            "says nothing of a load's age", key="profile", value=profile.value,
-            allowed=f"kalman, {Profile.KALMAN_SMALL.value}",
-        )  # fmt: skip
+    _check_profile(profile, tabled=tabled, control=control is not None, weighing=weighing)
     sensor, prefix = profile.sensor(built), f"ramsight_{identifier_of(unit)}"
     plain = sensor_source(sensor, built, prefix, machine.name, single=single, tabled=tabled)
     source, samples = _with_rows(plain, sensor, built)
@@ -162,6 +152,18 @@ def write_sensor(
         for name, said in {**own, _LAST: text}.items():
             (draft / name).write_text(said, encoding="utf-8", newline="\n")
     return WrittenSensor(out, (*files, *own, _LAST), compiler, tuple(measured), driving, lifting)
+
+
+def _check_profile(profile: Profile, *, tabled: bool, control: bool, weighing: bool) -> None:
+    """Refuse what a profile has not."""
+    both = f"kalman, {Profile.KALMAN_SMALL.value}"
+    for is_asked, is_there, lacks, allowed in (
+        (tabled, profile is Profile.KALMAN, "has no table of numbers", "kalman"),
+        (control, profile is not Profile.BALANCE, "has no control", both),
+        (weighing, profile is not Profile.BALANCE, "says nothing of a load's age", both),
+    ):
+        if is_asked and not is_there:
+            raise DescriptionError(lacks, key="profile", value=profile.value, allowed=allowed)
 
 
 def _check_floats(unit: HydraulicUnit) -> None:

@@ -161,20 +161,29 @@ def sensor_source(
         **common,
     )
     each = len({one.name.partition(".")[0] for one in declared if one.name.startswith("hypotheses[")})
-    inner = template(
+    inner = _inner_header(step, numbers["constants"], each, prefix, common)
+    parts = {
+        f"{name}.c": template("step.c", part=step.titles[name], functions=text, **common)
+        for name, text in step.functions.texts.items()
+    }
+    return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body, f"{prefix}_step.h": inner, **parts}, table)
+
+
+def _inner_header(step: WrittenStep, constants: str, each: int, prefix: str, common: Mapping[str, object]) -> str:
+    """What the parts of a step share.
+
+    Args:
+        each: hypotheses.
+    """
+    return template(
         "step.h",
-        constants=numbers["constants"],
+        constants=constants,
         alike=template("step_each.h", p=prefix, each=each, of_each=indented(step.functions.each)) if each else "",
         each=f"  {prefix}_of_each each[EACH];\n" if each else "",
         fields=indented(step.functions.work),
         declared="\n".join(step.functions.headers),
         **common,
     )
-    parts = {
-        f"{name}.c": template("step.c", part=step.titles[name], functions=text, **common)
-        for name, text in step.functions.texts.items()
-    }
-    return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body, f"{prefix}_step.h": inner, **parts}, table)
 
 
 def golden_source(

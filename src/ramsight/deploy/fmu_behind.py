@@ -10,7 +10,8 @@ from ramsight.deploy.c_function import template
 from ramsight.deploy.fmu_units import NOTHING, PERIOD, UNKNOWN, Variable
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.virtual_sensor import BOUND
-from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE, Verdict
+from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT
+from ramsight.tracking.comparing import TOLERANCE, Verdict
 
 
 @dataclass(frozen=True)

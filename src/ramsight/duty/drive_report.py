@@ -11,18 +11,7 @@ import numpy as np
 from ramsight.arrays import Array
 from ramsight.duty.lagging import Value, lagging, stepped
 from ramsight.duty.reading_report import LinkReport, ReadingReport, declared_link, declared_readings
-from ramsight.logs.channels import (
-    DC_POWER,
-    DRIVE_LOG,
-    LINK_ANGLE,
-    MOTOR_TEMPERATURE,
-    PRESSURE_A,
-    PRESSURE_B,
-    SHAFT_ANGLE,
-    Channel,
-    Further,
-    is_command,
-)
+from ramsight.logs import channels
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.signals import TIME, Dataset, Signal, Signals
@@ -92,7 +81,7 @@ class DriveReport:
     # [K]; None where it reports no temperature
     warm_at: float | None = None
     # readings: occasional sensors of the position, by their channels
-    readings: Mapping[Further, ReadingReport] = field(default_factory=dict)
+    readings: Mapping[channels.Further, ReadingReport] = field(default_factory=dict)
     seed: int = 0  # of the noise; the same seed gives the same log
 
     def of(self, speed: Array, torque: Array, temperature: Array) -> tuple[Array, Array, Array]:
@@ -174,7 +163,7 @@ def reported(run: Signals, how: DriveReport | None = None) -> Signals:
     speed, torque, temperature = (run[name].values for name in names)
     if how.magnets is not None:
         torque = how.magnets.gain(run["time"].values, torque) * torque
-    kept = (TIME, *names, *(name for name in run.names if is_command(name)))
+    kept = (TIME, *names, *(name for name in run.names if channels.is_command(name)))
     log = Signals({name: run[name] for name in kept}).replaced(
         dict(zip(names, how.of(speed, torque, temperature), strict=True))
     )
@@ -182,29 +171,29 @@ def reported(run: Signals, how: DriveReport | None = None) -> Signals:
         channel.name: Signal(values, {"units": channel.units, "long_name": channel.long_name})
         for channel, values in further_report(how, lambda name: run[name].values).items()
     }
-    return Signals({**log.columns, **further}, {"format": 1, "kind": DRIVE_LOG})
+    return Signals({**log.columns, **further}, {"format": 1, "kind": channels.DRIVE_LOG})
 
 
-def further_report(how: DriveReport, true: Callable[[str], Array]) -> dict[Channel, Array]:
+def further_report(how: DriveReport, true: Callable[[str], Array]) -> dict[channels.Channel, Array]:
     """What is reported beside speed, torque and temperature.
 
     Args:
         true: signals as they are, by their names in runs, each (samples,): `time` [s], `motor_speed` [rad/s],
             `motor_torque` [N m], `position` [m], `pressure_a` and `pressure_b` [Pa]; called for those that are needed.
     """
-    found: dict[Channel, Array] = {}
+    found: dict[channels.Channel, Array] = {}
     if how.link is not None:
-        found[LINK_ANGLE] = how.link.reported(true("time"), true("position"))
+        found[channels.LINK_ANGLE] = how.link.reported(true("time"), true("position"))
     if how.shaft is not None:
-        found[SHAFT_ANGLE] = how.shaft.reported(true("time"), true("motor_speed"))
+        found[channels.SHAFT_ANGLE] = how.shaft.reported(true("time"), true("motor_speed"))
     if how.power is not None:
-        found[DC_POWER] = how.power.reported(true("motor_speed"), true("motor_torque"))
+        found[channels.DC_POWER] = how.power.reported(true("motor_speed"), true("motor_torque"))
     if how.warm_at is not None:
         warmer = 0.0 if how.magnets is None else how.magnets.warmth(true("time"), true("motor_torque"))
-        found[MOTOR_TEMPERATURE] = np.round(how.warm_at + warmer + np.zeros(len(true("time"))))
+        found[channels.MOTOR_TEMPERATURE] = np.round(how.warm_at + warmer + np.zeros(len(true("time"))))
     if how.pressure_noise is not None:
         time = true("time")
-        for k, channel in enumerate((PRESSURE_A, PRESSURE_B)):
+        for k, channel in enumerate((channels.PRESSURE_A, channels.PRESSURE_B)):
             noise = np.random.default_rng([how.seed, k, _PRESSURES]).standard_normal(len(time))
             shown = lagging(time, true(channel.name), how.pressure_lag)
             found[channel] = shown + how.pressure_noise * noise

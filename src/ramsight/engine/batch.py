@@ -90,12 +90,7 @@ class Sampled:
 
 
 def sampled(
-    model: OdeModel,
-    jobs: Sequence[Job],
-    period: float,
-    *,
-    rtol: float = DEFAULT_RTOL,
-    tolerance_scale: float = 1.0,
+    model: OdeModel, jobs: Sequence[Job], period: float, *, rtol: float = DEFAULT_RTOL, tolerance_scale: float = 1.0
 ) -> Sampled:
     """Run jobs on one core, several side by side, and keep their states at equal distances of time.
 

@@ -124,7 +124,7 @@ class CompiledModule:
 
         module = ir.Module(name)
         source = self._loops.get(name) or self._alone(name)
-        words = llvm_loop.emit_loop(module, source, kinds, self._constants, self._call)
+        words = llvm_loop.emit_loop(module, source, kinds, self._constants, self._call, self._loops)
         return str(module), words
 
     def _alone(self, name: str) -> ast.FunctionDef:

@@ -2,7 +2,8 @@
 """The adaptive loop around a Rosenbrock step. Its source is copied into each generated module and compiled there.
 
 The names `N`, `NU`, `NJ`, `NW`, `NQ`, `CORNER_STEP` and the functions `prepare`, `begin`, `rhs_jacobian`, `factor`,
-`stage_0` ... `stage_5`, `finish`, `conclude`, `dense` are the generated module's own.
+`stage_0` ... `stage_5`, `finish`, `conclude`, `dense` are the generated module's own; the other functions here are
+written out where they are called (`engine/llvm_loop.py`).
 """
 
 # ruff: noqa: F821
@@ -27,9 +28,9 @@ def integrate(
     f, ft, y0, y1 = np.empty(N), np.empty(N), np.empty(N), np.empty(N)
     jac, w, q, u0 = np.empty(NJ), np.empty(NW), np.empty(NQ), np.empty(NU)
     t, t0, t1, h, c = np.empty(1), np.empty(1), np.empty(1), np.empty(1), np.empty(1)
-    share, error, rejected, h_next = np.empty(1), np.empty(1), np.empty(1), np.empty(1)
+    error, rejected, h_next = np.empty(1), np.empty(1), np.empty(1)
     relative, longest = np.full(1, rtol), np.full(1, max_step)
-    n_samples, capacity = sample_t.shape[0], step_t.shape[0]
+    capacity = step_t.shape[0]
     first = int(progress[SEGMENT])
     for s in range(first, segments.shape[0]):
         t0[0], t1[0] = segments[s, 0], segments[s, 1]
@@ -59,18 +60,10 @@ def integrate(
                 y0[i] = y[i]
             conclude(y, y1, error, h, t, t1, h_next, rejected)
             if rejected[0] == 0.0:
-                while progress[SAMPLE] < n_samples and sample_t[int(progress[SAMPLE])] <= t[0]:
-                    j = int(progress[SAMPLE])
-                    share[0] = (sample_t[j] - before) / h[0]
-                    dense(y0, y1, k0, k1, k2, k3, k4, share, sample_y[j])
-                    progress[SAMPLE] += 1
+                sample(before, t, h, y0, y1, k0, k1, k2, k3, k4, progress, sample_t, sample_y)
                 progress[ACCEPTED] += 1
                 if capacity > 0:
-                    j = int(progress[RECORDED])
-                    step_t[j] = t[0]
-                    for i in range(N):
-                        step_y[j, i] = y[i]
-                    progress[RECORDED] += 1
+                    record(t, y, progress, step_t, step_y)
             else:
                 progress[REFUSED] += 1
                 if h_next[0] < 1e-14 * max(abs(t1[0]), 1.0):
@@ -86,3 +79,22 @@ def integrate(
         progress[STEP], progress[REJECTED] = min(h_next[0], CORNER_STEP), 0.0
         progress[SEGMENT] = s + 1
     return DONE
+
+
+def sample(before, t, h, y0, y1, k0, k1, k2, k3, k4, progress, sample_t, sample_y):
+    """The samples within a step that was accepted, from `before` on."""
+    share = np.empty(1)
+    while progress[SAMPLE] < sample_t.shape[0] and sample_t[int(progress[SAMPLE])] <= t[0]:
+        j = int(progress[SAMPLE])
+        share[0] = (sample_t[j] - before) / h[0]
+        dense(y0, y1, k0, k1, k2, k3, k4, share, sample_y[j])
+        progress[SAMPLE] += 1
+
+
+def record(t, y, progress, step_t, step_y):
+    """A step that was accepted."""
+    j = int(progress[RECORDED])
+    step_t[j] = t[0]
+    for i in range(N):
+        step_y[j, i] = y[i]
+    progress[RECORDED] += 1

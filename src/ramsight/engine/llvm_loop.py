@@ -21,12 +21,20 @@ Call = Callable[[Any, str, Sequence[View]], bool]
 
 
 def emit_loop(
-    module: ir.Module, source: ast.FunctionDef, kinds: Kinds, constants: Mapping[str, object], call: Call
+    module: ir.Module,
+    source: ast.FunctionDef,
+    kinds: Kinds,
+    constants: Mapping[str, object],
+    call: Call,
+    steps: Mapping[str, ast.FunctionDef],
 ) -> int:
     """Emit a loop into a module, as `int64 loop(workspace, arguments...)`.
 
     Arrays are handed over by their addresses as int64, numbers as double. What it returns is a whole number, 0 if it
     returns nothing.
+
+    Args:
+        steps: functions beside it, written out where it calls them.
 
     Returns:
         The size of the workspace, memory for its own arrays [8 bytes].
@@ -41,7 +49,7 @@ def emit_loop(
     terms = Terms(builder, entry, constants, function.args[0])
     for argument, value, kind in zip(source.args.args, function.args[1:], kinds, strict=True):
         terms.argument(argument.arg, value, *kind)
-    _Statements(terms, call).all(source.body)
+    _Statements(terms, call, steps).all(source.body)
     if not builder.block.is_terminated:
         builder.ret(whole(0))
     entry.branch(function.blocks[1])
@@ -51,8 +59,8 @@ def emit_loop(
 class _Statements:
     """Emits statements where a builder stands."""
 
-    def __init__(self, terms: Terms, call: Call) -> None:
-        self._terms, self._b, self._call = terms, terms.b, call
+    def __init__(self, terms: Terms, call: Call, steps: Mapping[str, ast.FunctionDef]) -> None:
+        self._terms, self._b, self._call, self._steps = terms, terms.b, call, steps
 
     def all(self, statements: Sequence[ast.stmt]) -> None:
         """What stands behind a jump is left out."""
@@ -90,11 +98,21 @@ class _Statements:
     def _expr(self, node: ast.Expr) -> None:
         if isinstance(node.value, ast.Constant):  # what it says of itself
             return
-        if isinstance(node.value, ast.Call) and self._call(
-            self._b, ast.unparse(node.value.func), [self._terms(argument) for argument in node.value.args]
-        ):
-            return
+        if isinstance(node.value, ast.Call):
+            name, values = ast.unparse(node.value.func), [self._terms(argument) for argument in node.value.args]
+            if name in self._steps:
+                self._step(self._steps[name], values)
+                return
+            if self._call(self._b, name, values):
+                return
         raise LoopError(f"not known in a loop: {ast.unparse(node)}")
+
+    def _step(self, source: ast.FunctionDef, values: Sequence[Any]) -> None:
+        """The statements of a function that returns nothing, with names of their own; arrays are the caller's."""
+        if any(isinstance(one, ast.Return) for one in ast.walk(source)):
+            raise LoopError(f"a step of a loop returns: {source.name}")
+        with self._terms.named({one.arg: value for one, value in zip(source.args.args, values, strict=True)}):
+            self.all(source.body)
 
     def _if(self, node: ast.If) -> None:
         with self._b.if_else(self._terms(node.test)) as (then, otherwise):

@@ -79,6 +79,16 @@ class Terms:
         place = self.variables[name]
         self.b.store(self.as_kind(value, place.allocated_type), place)
 
+    @contextmanager
+    def named(self, values: Mapping[str, Any]) -> Iterator[None]:
+        """These names alone, and those that get a value inside."""
+        before = self.variables, self.arrays, self.around
+        self.variables, self.arrays, self.around = {}, {}, []
+        for name, value in values.items():
+            self.store(name, value)
+        yield
+        self.variables, self.arrays, self.around = before
+
     def as_kind(self, value: Any, kind: Any) -> Any:
         """A number as one of a kind; a real number becomes whole by `int` alone."""
         if value.type == kind:

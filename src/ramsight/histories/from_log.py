@@ -11,11 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ramsight.arrays import Array
+from ramsight.arrays import Array, true_intervals
 from ramsight.calibration.sensors import sensor_for
 from ramsight.errors import LogError
 from ramsight.histories.record import Learned, Record, begun
-from ramsight.intervals import true_intervals
 from ramsight.logs.channel_map import AnyMap
 from ramsight.logs.opening import open_signals
 from ramsight.plant.oil import Oil
@@ -91,12 +90,7 @@ class Following:
 
 
 def record_of(
-    unit: HydraulicUnit,
-    sensor: VirtualSensor,
-    seen: Counted,
-    name: str,
-    when: tuple[float, str],
-    digest: str = "",
+    unit: HydraulicUnit, sensor: VirtualSensor, seen: Counted, name: str, when: tuple[float, str], digest: str = ""
 ) -> Record:
     """The record of what a new sensor has followed.
 

@@ -6,10 +6,17 @@ reads it piece by piece, however long it is. A channel map states which channels
 the position, to judge the sensor by afterwards.
 """
 
-from ramsight.logs.channel_map import load_map
-from ramsight.logs.drive_log import read_log, write_log
-from ramsight.logs.mapped import ChannelMap
-from ramsight.logs.opening import open_log
-from ramsight.logs.truth import read_truth
+from typing import TYPE_CHECKING
+
+from ramsight.late import late
+
+if TYPE_CHECKING:
+    from ramsight.logs.channel_map import load_map
+    from ramsight.logs.drive_log import read_log, write_log
+    from ramsight.logs.mapped import ChannelMap
+    from ramsight.logs.opening import open_log
+    from ramsight.logs.truth import read_truth
+else:
+    __getattr__, __dir__ = late(__name__)
 
 __all__ = ["ChannelMap", "load_map", "open_log", "read_log", "read_truth", "write_log"]

@@ -18,7 +18,7 @@ from ramsight.constant import Constant
 from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Block, Samples
 from ramsight.logs.clock_going import BITS
-from ramsight.logs.mapped import Counted
+from ramsight.logs.mapped import Counted, Mapped
 from ramsight.units import RPM
 
 MOST_STEP = Constant(
@@ -46,6 +46,11 @@ class Unwrapped:
     scale: float = 1.0
     speed: tuple[float, float] | None = None  # factor and offset of the speed beside it to rad/s, None without one
     unknown: list[tuple[float, float]] = field(default_factory=list)  # spans in which the angle is not known [s]
+
+    @property
+    def named(self) -> dict[str, Mapped]:
+        """The channel of the speed beside the angle, if there is one."""
+        return {} if self.counted.speed is None else {BESIDE: self.counted.speed}
 
     def over(self, blocks: Iterator[Block], factor: float, offset: float) -> Iterator[Block]:
         """The blocks with the angle [rad] for the numbers of the role ``speed``; all of them are read first.

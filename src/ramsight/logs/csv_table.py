@@ -11,17 +11,8 @@ import numpy as np
 
 from ramsight.arrays import Array
 from ramsight.errors import LogError, MissingColumnError, warn_of_log
+from ramsight.logs import header
 from ramsight.logs.channels import TIME
-from ramsight.logs.header import (
-    MOST_BREAKS,
-    NEVER_FILLED,
-    CsvForm,
-    cells_of,
-    separator_of,
-    split,
-    units_row,
-    whole_lines,
-)
 from ramsight.logs.lines import BLOCK, Advance, cut_short, file_name, line_blocks, printable
 from ramsight.logs.rows import MISSING, Layout, parse_carefully, parse_fast
 
@@ -79,7 +70,7 @@ class Decimals:
             end = body.find(b"\n", match.start())
             row = body[begin : None if end < 0 else end].decode("utf-8")
             place = body.count(self._separator.encode(), begin, match.start())
-            cells = split(row, self._separator)
+            cells = header.split(row, self._separator)
             if place < min(len(cells), len(self._names)) and self._names[place] in wanted:
                 line = first_line + body.count(b"\n", 0, match.start())
                 self._open[mark] = (line, self._names[place], cells[place].strip())
@@ -120,9 +111,9 @@ class CsvTable:
     """
 
     def __init__(
-        self, path: str | Path, form: CsvForm | None = None, *, advance: Advance | None = None, size: int = BLOCK
+        self, path: str | Path, form: header.CsvForm | None = None, *, advance: Advance | None = None, size: int = BLOCK
     ) -> None:
-        form = form or CsvForm()
+        form = form or header.CsvForm()
         self.file = file_name(path)
         self._decimal, self.encoding = form.decimal, form.encoding
         self._blocks, self._body = line_blocks(path, encoding=form.encoding, advance=advance, size=size), b""
@@ -132,20 +123,20 @@ class CsvTable:
         head, lines = self._take_header()
         if not head.strip():
             raise LogError("is blank where the header should stand", file=self.file, line=form.header_line)
-        self.separator = form.separator or separator_of(head)
+        self.separator = form.separator or header.separator_of(head)
         head = head.strip(" ").removeprefix("#")  # as NumPy's savetxt begins a header
-        self.names = [name.strip() for name in cells_of(head, self.separator, self.file, form.header_line)]
+        self.names = [name.strip() for name in header.cells_of(head, self.separator, self.file, form.header_line)]
         self.units = [""] * len(self.names)
         self.first_row = form.header_line + lines
         self._pass_over(form.first_row)
         first = self._peek()
         if first is None:
             raise LogError("has a header but no rows", file=self.file)
-        cells = cells_of(first, self.separator, self.file, self.first_row)
+        cells = header.cells_of(first, self.separator, self.file, self.first_row)
         if len(cells) == len(self.names) + 1 and not cells[-1].strip():  # rows end in a separator, the header does not
             self.names.append("")
             self.units.append("")
-        if len(cells) == len(self.names) - 1 and self.names[-1].lower() == NEVER_FILLED:
+        if len(cells) == len(self.names) - 1 and self.names[-1].lower() == header.NEVER_FILLED:
             del self.names[-1], self.units[-1]
         self._name_columns()
 
@@ -159,8 +150,8 @@ class CsvTable:
     def _take_header(self) -> tuple[str, int]:
         """The header, and how many lines it takes: cells in quotes may have line breaks."""
         first = self._take() or ""
-        ahead = self._body.split(b"\n", MOST_BREAKS)[:MOST_BREAKS] if '"' in first else []
-        (_, head), *rest = whole_lines([first, *(line.decode("utf-8") for line in ahead)])
+        ahead = self._body.split(b"\n", header.MOST_BREAKS)[: header.MOST_BREAKS] if '"' in first else []
+        (_, head), *rest = header.whole_lines([first, *(line.decode("utf-8") for line in ahead)])
         lines = rest[0][0] - 1 if rest else 1 + len(ahead)
         for _ in range(lines - 1):
             self._take()
@@ -172,7 +163,7 @@ class CsvTable:
             under = self._peek()
             if under is None:
                 return
-            units = units_row(under, self.separator, strict=first_row is None)
+            units = header.units_row(under, self.separator, strict=first_row is None)
             if units is None and first_row is None:
                 return
             if units is not None and len(units) == len(self.names):
@@ -246,7 +237,7 @@ class CsvTable:
         rest = body.split(b"\n", at - line)[-1].removesuffix(b"\n").decode("utf-8").split("\n")
         while len(rest) <= MOST_AFTER and (more := self._take()) is not None:
             rest.append(more)
-        rows = [cells_of(text, self.separator, self.file, at + k) for k, text in enumerate(rest)]
+        rows = [header.cells_of(text, self.separator, self.file, at + k) for k, text in enumerate(rest)]
         if not has_rows or len(rest) > MOST_AFTER or not is_after_table(rows, self.names):
             raise wrong
         warn_of_log(
@@ -285,7 +276,7 @@ class CsvTable:
         found = []
         for line, text in enumerate(self._body.split(b"\n", rows)[:rows], start=self.first_row):
             if text:
-                found.append((line, cells_of(text.decode("utf-8"), self.separator, self.file, line)))
+                found.append((line, header.cells_of(text.decode("utf-8"), self.separator, self.file, line)))
         return found
 
     def _peek(self) -> str | None:

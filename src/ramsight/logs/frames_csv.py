@@ -9,7 +9,6 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from ramsight.logs.digits import decimal, is_digits, whole
@@ -17,66 +16,13 @@ from ramsight.logs.frames import Frame, frame_key
 from ramsight.logs.frames_text import FD_LENGTHS, SaidError, hex_bytes, text_frames
 from ramsight.logs.header import split
 from ramsight.logs.lines import Advance
-from ramsight.logs.packed import Unpacked
 from ramsight.logs.stamps import stamp_seconds
+from ramsight.logs.table_kind import FrameTable, frame_table
 
-_NAMES = {
-    "time": ("time", "time stamp", "timestamp", "timestampepoch", "time[s]", "time (s)", "time [s]"),
-    "identifier": ("id", "identifier", "can id", "canid", "arbitration_id", "arbitration id", "message id"),
-    "bus": ("bus", "channel", "chan", "chn", "buschannel", "can channel"),
-    "extended": ("extended", "ide", "ext", "type"),
-    "remote": ("rtr", "remote"),
-    "error": ("error",),
-    "length": ("len", "length", "datalength", "data length"),
-    "code": ("dlc",),
-    "flags": ("flags", "flag", "flg"),
-    "data": ("data", "databytes", "data bytes", "payload"),
-}
-_BYTE = re.compile(r"(?:d|data|b|byte)[ _]?\[?([0-9]{1,2})\]?")
-_LOOKED_AT = 1 << 14  # bytes, in which the header stands
-_SEPARATORS = (";", ",", "\t")
 _FROM_ONE = ("chan", "channel", "chn", "buschannel")  # buses that are counted from 1
 _STAMP = re.compile(r"([0-9]*)T([0-9]{2})([0-9]{2})([0-9]{2})([0-9]{3})?")  # 09T164714231: day, h, min, s, ms
 _TRUE = ("true", "1", "x", "yes")
 _PYTHON_CAN = "arbitration_id"  # its data are in base 64
-
-
-@dataclass(frozen=True)
-class FrameTable:
-    """How a table of frames is laid out."""
-
-    header_line: int  # line with the names of the columns, from 1
-    separator: str
-    names: tuple[str, ...]  # of the columns, in small letters
-    places: dict[str, int]
-    bytes_at: tuple[int, ...]  # places of the columns of single bytes, in order
-
-
-def frame_table(path: str | Path) -> FrameTable | None:
-    """The layout of a table of frames; None if the file is no such table.
-
-    Raises:
-        LogError: the file cannot be opened.
-    """
-    first = next(iter(Unpacked(path, None, _LOOKED_AT)), b"")
-    for number, line in enumerate(first.decode("latin-1").removeprefix("ï»¿").splitlines(), 1):
-        for separator in _SEPARATORS:
-            if separator in line and (found := _layout(number, line, separator)) is not None:
-                return found
-    return None
-
-
-def _layout(number: int, line: str, separator: str) -> FrameTable | None:
-    names = tuple(cell.strip(' "').lower() for cell in line.lstrip("#").split(separator))
-    places = {
-        what: names.index(name) for what, known in _NAMES.items() for name in known[::-1] if name in names
-    }  # the first of the known names that is there
-    singles = sorted((int(match[1]), place) for place, name in enumerate(names) if (match := _BYTE.fullmatch(name)))
-    has_data = len(singles) > 1 or "data" in places
-    is_frames = {"time", "identifier"} <= places.keys() and has_data
-    if not is_frames or not {"length", "code", "extended", "flags"} & places.keys():
-        return None
-    return FrameTable(number, separator, names, places, tuple(place for _, place in singles))
 
 
 def csv_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from ramsight.argument_kinds import by_kind
 from ramsight.arrays import Array
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.logs.align import Aligner, Block, Resampler, Switch
-from ramsight.logs.can_dbc import j1939_group
 from ramsight.logs.channel_map import check_whole, known_map
 from ramsight.logs.channels import (
     DC_CURRENT,
@@ -32,24 +32,22 @@ from ramsight.logs.channels import (
     is_command,
 )
 from ramsight.logs.clock_watch import ClockWatch, warn_of_watched
-from ramsight.logs.counter import BESIDE, Unwrapped
 from ramsight.logs.csv_table import check_columns
-from ramsight.logs.frames import EXTENDED
 from ramsight.logs.lines import Advance, inspect_command
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, standard_map, to_si_of
 from ramsight.logs.source import Source, TableSource
 from ramsight.logs.source_by_suffix import open_frames, open_source
-from ramsight.logs.source_can import CanSource
 from ramsight.signals import Dataset, Signal, Signals
 from ramsight.units import FREEZING
+
+if TYPE_CHECKING:
+    from ramsight.logs.counter import Unwrapped
 
 SAMPLES = 1 << 16
 """Samples of a piece."""
 
 COLDEST, HOTTEST = 213.15, 473.15
 """Range of oil temperatures [K]: if half a log is beyond it, it has another unit."""
-
-_LISTED = 12  # identifiers that a message lists
 
 _NAMES = {"speed": MOTOR_SPEED.name, "torque": MOTOR_TORQUE.name, "temperature": OIL_TEMPERATURE.name}
 _DRIVEN = ("speed", "torque")
@@ -135,7 +133,7 @@ def _check_standard(source: Source, names: list[str]) -> None:
         clock = [TIME] if isinstance(source, TableSource) else []
         check_columns(names, [*clock, *(channel.column for channel in _DRIVE[:3])], source.file)
     except LogError as error:
-        if isinstance(source, CanSource) or getattr(source, "has_frames", False):
+        if source.has_frames:
             next(open_frames(source.path))  # a file that holds none lacks no map
             raise LogError(
                 "holds CAN frames; without a channel map their meaning is unknown:"
@@ -191,6 +189,8 @@ def _pieces(
     """Columns of the log in SI, at the map's period if it has one; with what was measured only if it is asked for."""
     unwrapped, counted = None, known.angle
     if counted is not None:
+        from ramsight.logs.counter import Unwrapped
+
         beside = None if counted.speed is None else _converter(source, known, counted.speed, "speed")
         unwrapped = Unwrapped(source.file, known.roles["speed"].channel, counted, known.roles["speed"].scale, beside)
     columns = _columns(source, known, measured or {}, unwrapped)
@@ -221,8 +221,8 @@ def _columns(
     switches = {name: Switch(one.position, one.edge) for name, one in references.items() if one.position is not None}
     events = {name: one.mapped for name, one in references.items()} | readings
     named = {name: one for name, (_, one) in held.items()}
-    if unwrapped is not None and unwrapped.counted.speed is not None:
-        named[BESIDE] = unwrapped.counted.speed
+    if unwrapped is not None:
+        named |= unwrapped.named
     blocks = _by_name(source, named, events, switches)
     if unwrapped is not None:
         factor, offset = to_si.pop("speed")
@@ -258,7 +258,7 @@ def _columns(
     if not count:
         silent = [held[name][1].channel for name in aligner.silent]
         what = f"has no samples of {', '.join(silent)}" if silent else f"has no samples{spans.apart(_DRIVEN)}"
-        raise LogError(f"{what}{_frames_missed(source, known)}", file=source.file)
+        raise LogError(f"{what}{source.missed(known)}", file=source.file)
 
 
 class Spans:
@@ -285,28 +285,6 @@ class Spans:
             f"{name} from {span[0]:.9g} s to {span[1]:.9g} s" for name, span in zip(names, (one, other), strict=True)
         ]
         return f": the clocks do not meet: {', '.join(said)}"
-
-
-def _frames_missed(source: Source, known: ChannelMap) -> str:
-    """Which frames of a map never came, and which did: most often the node-ID in a map is another drive's."""
-    if not isinstance(source, CanSource):
-        return ""
-    seen, wanted = source.seen, source.wanted
-    missed = [f"{pdo.cob_id:X}h (can.pdo[{k}].cob_id)" for k, pdo in enumerate(known.pdos) if pdo.cob_id not in seen]
-    of_pdos = {pdo.cob_id & ~EXTENDED for pdo in known.pdos}
-    of_dbc = sorted(key for key in wanted if key not in seen and key & ~EXTENDED not in of_pdos)
-    missed += [f"{key & ~EXTENDED:X}h (can.dbc)" for key in of_dbc]
-    if not missed or not seen:
-        return source.origins.passed
-    there = [f"{key & ~EXTENDED:X}h" for key in list(seen)[:_LISTED]]
-    more = f" and {len(seen) - _LISTED} more" if len(seen) > _LISTED else ""
-    of_map = f"{known.file} names" if known.file else "the map names"
-    groups = {j1939_group(key & ~EXTENDED) for key in seen if key & EXTENDED}
-    same = any(key & EXTENDED and j1939_group(key & ~EXTENDED) in groups for key in of_dbc)
-    hint = "is it the drive's node-ID?" if known.pdos else "is it another machine's file?"
-    if same:
-        hint = "these are the same J1939 groups from other addresses: [can] j1939 = true reads them"
-    return f": {of_map} {', '.join(missed)}, the log has {', '.join(there)}{more}; {hint}"
 
 
 def _held_channels(known: ChannelMap, measured: Mapping[str, Mapped]) -> dict[str, tuple[str, Mapped]]:

@@ -47,6 +47,8 @@ class Source(ABC):
 
     has_clock_watched = False
     """Whether it warns by itself of a clock that goes back."""
+    has_frames = False
+    """Whether it holds CAN frames, of which a map alone knows the meaning."""
 
     def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
         self.path, self.file, self.advance = Path(path), file_name(path), advance
@@ -75,6 +77,10 @@ class Source(ABC):
     def clock_report(self) -> list[str]:
         """From what the channels have their times, where they do not share one."""
         return []
+
+    def missed(self, known: ChannelMap) -> str:
+        """What of a map never came, where the file can tell."""
+        return ""
 
     def check(self, channels: Sequence[str]) -> None:
         """Refuse channels that are not in the file."""

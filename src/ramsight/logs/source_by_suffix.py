@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ramsight.errors import LogError
 from ramsight.log_formats import CAN, CSV, FORMATS, MDF, Format
-from ramsight.logs.frames import Frame
 from ramsight.logs.lines import Advance, check_file, file_name
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import Source
+from ramsight.logs.table_kind import frame_table, holds_scope
+
+if TYPE_CHECKING:
+    from ramsight.logs.frames import Frame
+
+    Reader = Callable[[str | Path, Advance | None], Iterator[Frame]]
 
 _SCOPE = Format(CSV.name, CSV.suffixes, "source_scope", "ScopeSource")
 
@@ -47,15 +53,11 @@ def is_table(path: str | Path) -> bool:
 
 def _table_kind(path: str | Path) -> Format:
     """What a table is: CAN frames, an export of TwinCAT Scope, or rows with a clock."""
-    from ramsight.logs.frames_csv import frame_table
-    from ramsight.logs.source_scope import holds_scope
-
     if frame_table(path) is not None:
         return CAN
     return _SCOPE if holds_scope(path) else CSV
 
 
-Reader = Callable[[str | Path, Advance | None], Iterator[Frame]]
 _LOOKED_AT = 1 << 10  # bytes
 
 
@@ -75,24 +77,20 @@ def open_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fr
     yield from frames
 
 
+_READERS = {
+    (".blf",): ("frames_blf", "blf_frames"),
+    (".mf4", ".mdf"): ("source_mdf", "mdf_frames"),
+    (".trc",): ("frames_trc", "trc_frames"),
+    (".csv", ".txt", ".tsv"): ("frames_csv", "csv_frames"),
+}
+
+
 def _reader(path: str | Path) -> Reader:
     name = Path(path).name.lower().removesuffix(".gz")
-    if name.endswith(".blf"):
-        from ramsight.logs.frames_blf import blf_frames
-
-        return blf_frames
-    if name.endswith((".mf4", ".mdf")):
-        from ramsight.logs.source_mdf import mdf_frames
-
-        return mdf_frames
-    if name.endswith(".trc"):
-        from ramsight.logs.frames_trc import trc_frames
-
-        return trc_frames
-    if name.endswith((".csv", ".txt", ".tsv")):
-        from ramsight.logs.frames_csv import csv_frames
-
-        return csv_frames
+    for suffixes, (module, reader) in _READERS.items():
+        if name.endswith(suffixes):
+            found: Reader = getattr(import_module(f"ramsight.logs.{module}"), reader)
+            return found
     return _text_reader(path, name)
 
 

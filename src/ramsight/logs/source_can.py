@@ -28,6 +28,7 @@ from ramsight.logs.source_by_suffix import open_frames
 _AT_ONCE = 1 << 15  # frames that are wanted
 _WIDEST = 64
 _LISTED = 6  # identifiers in a message
+_MOST_THERE = 12  # identifiers of a log in a message on those that it lacks
 
 
 @dataclass
@@ -52,6 +53,7 @@ class CanSource(Source):
     """
 
     has_clock_watched = True
+    has_frames = True
 
     def __init__(self, path: str | Path, file_map: ChannelMap | None, advance: Advance | None = None) -> None:
         super().__init__(path, advance)
@@ -97,6 +99,27 @@ class CanSource(Source):
         """Refuse channels that no frame has."""
         for channel in channels:
             self._found(channel)
+
+    def missed(self, known: ChannelMap) -> str:
+        """Which frames of a map never came, and which did: most often the node-ID in a map is another drive's."""
+        seen = self.seen
+        missed = [
+            f"{one.cob_id:X}h (can.pdo[{k}].cob_id)" for k, one in enumerate(known.pdos) if one.cob_id not in seen
+        ]
+        of_pdos = {pdo.cob_id & ~EXTENDED for pdo in known.pdos}
+        of_dbc = sorted(key for key in self.wanted if key not in seen and key & ~EXTENDED not in of_pdos)
+        missed += [f"{key & ~EXTENDED:X}h (can.dbc)" for key in of_dbc]
+        if not missed or not seen:
+            return self.origins.passed
+        there = [f"{key & ~EXTENDED:X}h" for key in list(seen)[:_MOST_THERE]]
+        more = f" and {len(seen) - _MOST_THERE} more" if len(seen) > _MOST_THERE else ""
+        of_map = f"{known.file} names" if known.file else "the map names"
+        groups = {j1939_group(key & ~EXTENDED) for key in seen if key & EXTENDED}
+        same = any(key & EXTENDED and j1939_group(key & ~EXTENDED) in groups for key in of_dbc)
+        hint = "is it the drive's node-ID?" if known.pdos else "is it another machine's file?"
+        if same:
+            hint = "these are the same J1939 groups from other addresses: [can] j1939 = true reads them"
+        return f": {of_map} {', '.join(missed)}, the log has {', '.join(there)}{more}; {hint}"
 
     def _found(self, channel: str) -> Field:
         """A field by its name, or by its signal's name if one message alone has it."""

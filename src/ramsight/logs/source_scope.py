@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
@@ -12,22 +11,13 @@ from ramsight.errors import LogError
 from ramsight.logs.digits import decimal
 from ramsight.logs.header import split
 from ramsight.logs.lines import cut_short, line_blocks, printable
-from ramsight.logs.packed import Unpacked
 from ramsight.logs.source_groups import Group, GroupSource, Recorded
+from ramsight.logs.table_kind import SCOPE_NAME
 
-_NAME, _UNIT = "Name", "Unit"
-_MARKS = ("SampleTime[ms]", "Starttime of export", "StartRecord", "EndRecord", "Endtime of export")
-_LOOKED_AT = 1 << 14  # bytes, in which the properties begin
+_UNIT = "Unit"
 _END = "EOF"
 _FILETIME = 1e16  # numbers above it are steps of 100 ns since 1601, not milliseconds
 _TICK, _MILLISECOND = 1e-7, 1e-3  # s
-
-
-def holds_scope(path: str | Path) -> bool:
-    """Whether a text file is an export of TwinCAT Scope."""
-    first = next(iter(Unpacked(path, None, _LOOKED_AT)), b"").decode("latin-1").removeprefix("ï»¿")
-    begins = [line.replace(";", "\t").replace(",", "\t").partition("\t")[0] for line in first.splitlines()]
-    return begins[:1] == [_NAME] and any(mark in begins for mark in _MARKS)
 
 
 class ScopeSource(GroupSource):
@@ -67,8 +57,8 @@ class _Rows:
             self._properties[cells[0]] = cells  # of the project first, of the channels then
             return True
         if not self._clocks:
-            names = self._properties.get(_NAME, [])
-            self._clocks = [place for place, cell in enumerate(names) if cell == _NAME]
+            names = self._properties.get(SCOPE_NAME, [])
+            self._clocks = [place for place, cell in enumerate(names) if cell == SCOPE_NAME]
             if len(names) < 2 or not self._clocks:
                 raise LogError("has no line 'Name' before its rows", file=self._file, line=number)
         try:
@@ -86,7 +76,7 @@ class _Rows:
         """What was found."""
         if not self._numbers:
             raise LogError("has no rows of numbers", file=self._file)
-        names = self._properties[_NAME]
+        names = self._properties[SCOPE_NAME]
         width = len(names)
         table = np.full((len(self._numbers), width), math.nan)
         for place, row in enumerate(self._numbers):

@@ -7,6 +7,9 @@ Example:
     (0.127, 'extend')
 """
 
+from typing import TYPE_CHECKING
+
+from ramsight.late import late
 from ramsight.machine import catalogue
 from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import Part, Value, walk
@@ -26,7 +29,11 @@ from ramsight.machine.parts import (
     Tank,
 )
 from ramsight.machine.reading import AnyMachine, from_catalogue, load_machine, loads, only_unit
-from ramsight.machine.template import json_schema, template
+
+if TYPE_CHECKING:
+    from ramsight.machine.template_text import json_schema, template
+else:
+    __getattr__, __dir__ = late(__name__)
 
 __all__ = [
     "FORMAT", "AnticavitationValve", "AnyMachine", "Assumptions", "Composed", "Cylinder", "DirectDriven", "Drive",

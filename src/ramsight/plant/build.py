@@ -12,9 +12,6 @@ from ramsight.machine import load_machine, only_unit
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.requirement_description import Requirement
-from ramsight.plant.composed import ComposedUnit, build_composed
-from ramsight.plant.ddh import DdhUnit, build_ddh
-from ramsight.plant.linkage.lever import lever
 from ramsight.plant.unit import HydraulicUnit
 
 U = TypeVar("U", bound=HydraulicUnit)
@@ -58,14 +55,23 @@ def build(machine: AnyUnit, unit: str | None = None) -> HydraulicUnit:
     return machine
 
 
-def _built(name: str, unit: Unit, linkage: Linkage | None) -> DdhUnit | ComposedUnit:
+def _built(name: str, unit: Unit, linkage: Linkage | None) -> HydraulicUnit:
+    """A unit, by the code of its circuit alone."""
     if isinstance(unit, DirectDriven):
-        built: DdhUnit | ComposedUnit = build_ddh(name, unit)
+        from ramsight.plant.ddh import build_ddh
+
+        built: HydraulicUnit = build_ddh(name, unit)
     elif isinstance(unit, Composed):
+        from ramsight.plant.composed import build_composed
+
         built = build_composed(name, unit)
     else:
         raise TypeError(f"{type(unit).__name__} is no unit that can be built")
-    return required(replace(built, lever=lever(linkage, name)), unit.requirement)
+    if linkage is not None:
+        from ramsight.plant.linkage.lever import lever
+
+        built = replace(built, lever=lever(linkage, name))
+    return required(built, unit.requirement)
 
 
 def required(unit: U, asked: Requirement | None) -> U:

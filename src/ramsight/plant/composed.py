@@ -13,7 +13,9 @@ from ramsight.machine.description import Composed
 from ramsight.plant import described
 from ramsight.plant.accumulator import Accumulator
 from ramsight.plant.circuit import Part
+from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.hose import Volume
+from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.unit import HydraulicUnit, pumped_into
 from ramsight.plant.valve import Orifice
@@ -63,7 +65,7 @@ def _part(name: str, spec: Described, unit: Composed) -> Part:
     """The part of a description."""
     match spec:
         case placed.PlacedLoadSensingPump():
-            return described.load_sensing_pump(spec, name, unit.oil.bulk_modulus)
+            return _load_sensing_pump(spec, name, unit.oil.bulk_modulus)
         case placed.PlacedPump():
             return described.pump(spec, name, spec.inlet, spec.outlet, unit.oil.bulk_modulus)
         case placed.PlacedRelief():
@@ -92,7 +94,34 @@ def _part(name: str, spec: Described, unit: Composed) -> Part:
         case placed.PlacedOrifice():
             return Orifice(name, spec.inlet, spec.outlet, spec.flow_coefficient)
         case placed.PlacedDirectional():
-            return described.directional_valve(spec, name)
+            return _directional_valve(spec, name)
         case placed.PlacedAccumulator():
             return Accumulator(name, spec.node, spec.gas_volume, spec.precharge, spec.gas_exponent)
     raise TypeError(f"no part is made of {type(spec).__name__}")
+
+
+def _load_sensing_pump(spec: placed.PlacedLoadSensingPump, name: str, bulk_modulus: float) -> LoadSensingPump:
+    """The load-sensing pump of a description, with the losses of a pump at full displacement."""
+    at_full_stroke = described.pump(spec, name, spec.inlet, spec.outlet, bulk_modulus)
+    return LoadSensingPump(
+        **vars(at_full_stroke),
+        load_line=spec.load_line,
+        margin=spec.margin,
+        cut_off=spec.cut_off,
+        band=spec.band,
+        swivel_time=spec.swivel_time,
+    )
+
+
+def _directional_valve(spec: placed.PlacedDirectional, name: str) -> DirectionalValve:
+    """The directional valve of a description, or the metering one."""
+    values = (
+        *(spec.pump_port, spec.tank_port, spec.port_a, spec.port_b),
+        spec.flow_coefficient,
+        spec.overlap,
+        spec.switching_time or None,
+        described.closed_leak(spec.closed_leakage),
+    )
+    if isinstance(spec, placed.PlacedMetering):
+        return MeteringValve(name, *values, load_line=spec.load_line, sensing=spec.sensing_coefficient)
+    return DirectionalValve(name, *values)

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ramsight.machine import parts as description
-from ramsight.machine import placed
 from ramsight.machine.description import Unit
 from ramsight.machine.parts import Heat
 from ramsight.machine.pump_description import read_efficiencies
 from ramsight.plant.cylinder import Cylinder
-from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.drive import Drive, IdealDrive, ServoDrive, Supply
-from ramsight.plant.heat import HeatStores
 from ramsight.plant.hose import Hose
-from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
-from ramsight.plant.loss_table import LossTable
 from ramsight.plant.oil import T40, T100, Oil, walther_constants
 from ramsight.plant.pump import Pump
 from ramsight.plant.valve import CLOSED_POINT, CheckValve, ReliefValve, SafetyValve
+
+if TYPE_CHECKING:
+    from ramsight.plant.heat import HeatStores
+    from ramsight.plant.loss_table import LossTable
 
 _STOP_DEFORMATION = 1e-3  # m, deformation at which a stop's damping is stated
 _THRESHOLD = 0.01  # friction is fully developed at this share of the nominal speed, [G]
@@ -46,7 +47,11 @@ def oil(spec: description.Oil) -> Oil:
 
 def heat(spec: Heat | None) -> HeatStores | None:
     """The heat stores of a description, if it has any."""
-    return None if spec is None else HeatStores(**dict(spec))
+    if spec is None:
+        return None
+    from ramsight.plant.heat import HeatStores
+
+    return HeatStores(**dict(spec))
 
 
 def drive(spec: description.Drive) -> Drive:
@@ -118,36 +123,11 @@ def pump(spec: description.Pump, name: str, inlet: str, outlet: str, bulk_modulu
     )
 
 
-def load_sensing_pump(spec: placed.PlacedLoadSensingPump, name: str, bulk_modulus: float) -> LoadSensingPump:
-    """The load-sensing pump of a description, with the losses of a pump at full displacement."""
-    at_full_stroke = pump(spec, name, spec.inlet, spec.outlet, bulk_modulus)
-    return LoadSensingPump(
-        **vars(at_full_stroke),
-        load_line=spec.load_line,
-        margin=spec.margin,
-        cut_off=spec.cut_off,
-        band=spec.band,
-        swivel_time=spec.swivel_time,
-    )
-
-
-def directional_valve(spec: placed.PlacedDirectional, name: str) -> DirectionalValve:
-    """The directional valve of a description, or the metering one."""
-    values = (
-        *(spec.pump_port, spec.tank_port, spec.port_a, spec.port_b),
-        spec.flow_coefficient,
-        spec.overlap,
-        spec.switching_time or None,
-        closed_leak(spec.closed_leakage),
-    )
-    if isinstance(spec, placed.PlacedMetering):
-        return MeteringValve(name, *values, load_line=spec.load_line, sensing=spec.sensing_coefficient)
-    return DirectionalValve(name, *values)
-
-
 def _table(spec: description.Pump, bulk_modulus: float) -> LossTable | None:
     if spec.losses != "table":
         return None
+    from ramsight.plant.loss_table import LossTable
+
     found = read_efficiencies(spec.efficiency_table)
     shares = [spec.compressed(pressure, bulk_modulus) for pressure in found.pressure]
     leaks = tuple(

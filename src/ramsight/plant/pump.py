@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 import casadi as ca
 
 from ramsight.expression import Real, Scalar
-from ramsight.plant.loss_table import LossTable
 from ramsight.plant.valve import orifice_flow, orifice_slope
 
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
+    from ramsight.plant.loss_table import LossTable
 
 
 def leak_coefficient(

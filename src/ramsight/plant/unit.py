@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -17,11 +17,13 @@ from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.circuit import TANK, CircuitModel, Part, join
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.drive import Drive
-from ramsight.plant.heat import HeatStores
-from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.oil import ATMOSPHERE, Oil
 from ramsight.plant.pump import Pump
 from ramsight.units import format_si
+
+if TYPE_CHECKING:
+    from ramsight.plant.heat import HeatStores
+    from ramsight.plant.linkage.lever import Lever
 
 
 @dataclass(frozen=True, kw_only=True)

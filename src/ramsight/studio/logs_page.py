@@ -14,33 +14,22 @@ from nicegui import run, ui
 
 from ramsight.log_formats import READABLE
 from ramsight.machine.description import Machine
+from ramsight.studio import uploaded_log
 from ramsight.studio.knobs import SENSORS
 from ramsight.studio.known_panel import places_panel, reasons_panel
 from ramsight.studio.map_form import MapForm, entry, is_standard
 from ramsight.studio.markup import Shared, scrolled
 from ramsight.studio.spawned import Job, Say
 from ramsight.studio.thinning import Floats, kept, thinned
-from ramsight.studio.uploaded_log import (
-    REPORT,
-    TRACK,
-    VIEW,
-    Asked,
-    find_factors,
-    find_leak,
-    judge,
-    look_at_truth,
-    propose,
-    track,
-)
 from ramsight.studio.visit import Visit
 
 _LARGEST = 250 * 2**20  # bytes of a file; a little less than the server takes of a request
 _LOOK = 0.2  # s, from one look at what a process says to the next
 _PIXELS = 1500  # of a picture, where the page does not say how wide it is
-_WORK: dict[str, Callable[[Say, Asked], None]] = {
-    "leak test": find_leak,
-    "identified factors": find_factors,
-    "report": judge,
+_WORK: dict[str, Callable[[Say, uploaded_log.Asked], None]] = {
+    "leak test": uploaded_log.find_leak,
+    "identified factors": uploaded_log.find_factors,
+    "report": uploaded_log.judge,
 }
 
 
@@ -54,7 +43,7 @@ class _LogsPage:
     def __init__(self, visit: Visit) -> None:
         self.visit = visit
         self.files: dict[str, Path] = {}
-        self.asked: Asked | None = None
+        self.asked: uploaded_log.Asked | None = None
         self.job: Job | None = None
         self.looks = ""  # the file that is looked through now
         self.waiting: list[Callable[[], Awaitable[None]]] = []  # what is done once it was
@@ -118,7 +107,7 @@ class _LogsPage:
                 self.sensor = ui.select(list(SENSORS), value=SENSORS[0], label="sensor")
                 self.hindsight = ui.checkbox("in hindsight: by all of the log")
                 self.mapped = ui.checkbox("use the channel map below")
-                ui.button("track", on_click=lambda: self._begin(track)).props("id=track")
+                ui.button("track", on_click=lambda: self._begin(uploaded_log.track)).props("id=track")
         self.bar = ui.linear_progress(0.0, show_value=False).props('aria-label="share of the log that is done"')
         self.said = ui.label().props("id=log-said role=status").classes("whitespace-pre-wrap font-mono text-sm")
 
@@ -211,7 +200,7 @@ class _LogsPage:
         self._forget()
         self._say(f"{file.name}: looked through …")
         self.looks = role  # before anything is awaited: who asks for a track from now on waits
-        await self._work(propose if role == "log" else look_at_truth, str(file))
+        await self._work(uploaded_log.propose if role == "log" else uploaded_log.look_at_truth, str(file))
 
     def _look_no_more(self) -> None:
         self.looks = ""
@@ -257,7 +246,7 @@ class _LogsPage:
         await self._stop()
         self.job = await run.io_bound(Job, work, *arguments)
 
-    async def _begin(self, work: Callable[[Say, Asked], None]) -> None:
+    async def _begin(self, work: Callable[[Say, uploaded_log.Asked], None]) -> None:
         """Have a log worked on."""
         if "log" not in self.files:
             self._say("drop a log first")
@@ -267,13 +256,13 @@ class _LogsPage:
             self.waiting.append(partial(self._begin, work))
             return
         truth = self.files.get("truth")
-        asked = self.asked = Asked(
+        asked = self.asked = uploaded_log.Asked(
             self.visit.machine, self.unit.value, str(self.files["log"]), None if truth is None else str(truth),
             self.start.value or "", self.sensor.value, self.map.value if self.mapped.value else "",
             self.hindsight.value,
         )  # fmt: skip
         self.bar.set_value(0.0)
-        if work is track:
+        if work is uploaded_log.track:
             self._forget()
             self.asked = asked
             self._say("tracking …")
@@ -321,14 +310,14 @@ class _LogsPage:
         elif what in ("leak test", "factors", "report"):
             self.judged.set_content(scrolled(value, "what the log says of the machine"))
             if what == "report":
-                self._offer(REPORT)
+                self._offer(uploaded_log.REPORT)
 
     async def _tracked(self, found: dict[str, Any]) -> None:
         assert self.asked is not None
         self.bar.set_value(1.0)
         self._say(found["summary"])
         self.advice.set_text(found["advice"])
-        self._offer(TRACK)
+        self._offer(uploaded_log.TRACK)
         self.references = found["references"]
         self.found.clear()
         with self.found:
@@ -336,7 +325,7 @@ class _LogsPage:
                 ui.table(rows=self.references, pagination=10).classes("w-full").props("dense flat")
             else:
                 ui.label("none: neither an end stop nor a reference of the log")
-        self.columns = await run.io_bound(kept, self.asked.folder / VIEW) or {}
+        self.columns = await run.io_bound(kept, self.asked.folder / uploaded_log.VIEW) or {}
         await self._send(None, None, _PIXELS)
 
     def _knew(self, found: list[tuple[float, dict[str, Any]]]) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ramsight.api.calibrating import identify, leak_test
 from ramsight.api.commissioning import commission, report_of
-from ramsight.api.tracking import follow, start_of
+from ramsight.api.following import follow, start_of
 from ramsight.calibration.identify_report import summary as identified_summary
 from ramsight.calibration.leakage import leak_test_summary
 from ramsight.errors import LogError, LogWarning, RamsightError
@@ -43,7 +43,7 @@ from ramsight.studio.thinning import keep
 from ramsight.tracking.credible import truth_in
 from ramsight.tracking.end_visits import visits
 from ramsight.tracking.figures import tracked_figure, verbatim
-from ramsight.tracking.position_errors import error_text, errors_of
+from ramsight.tracking.track_errors import error_text, errors_of
 from ramsight.units import parse
 
 VIEW, TRACK, REPORT = "view", "track.csv", "report.html"

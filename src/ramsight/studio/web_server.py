@@ -239,8 +239,40 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
     """
     described = load_machine(machine)
     with needing("studio"):
-        from nicegui import app, background_tasks, run, ui
+        from nicegui import app, ui
     from starlette.middleware.gzip import GZipMiddleware
+
+    token = None if host in LOOPBACK else secrets.token_urlsafe(_FREE)
+    app.add_middleware(Guard, token=token, largest=LARGEST)
+    app.add_static_files("/studio-assets", ASSETS)
+    app.storage.max_tab_storage_age = _FORGOTTEN
+    title = title_of(described)
+    ui.page("/", title=title, reconnect_timeout=_GONE)(_page(described, Visitors(visitors), history))
+    print(one_line(f"ramsight studio: {address(host, port, token)}"), flush=True)
+    ui.run(
+        http=ClosingProtocol,
+        host=host,
+        port=port,
+        title=title,
+        show=show,
+        reload=False,
+        dark=None,
+        language="en-US",
+        reconnect_timeout=_SILENT,
+        tailwind=False,  # 260 kB that look at every change of the page; its few words are in studio.css
+        gzip_middleware_factory=None if host in LOOPBACK else GZipMiddleware,  # nothing is far away on this machine
+        show_welcome_message=False,
+    )
+
+
+def _page(described: Machine, room: Visitors, history: str | None) -> Callable[[], Awaitable[Any]]:
+    """What answers a browser that asks for the page.
+
+    Args:
+        described: the machine, unless a link asks for another.
+        history: store of histories that a tab shows; None for none.
+    """
+    from nicegui import background_tasks, run, ui
     from starlette.responses import PlainTextResponse, Response
 
     from ramsight.studio.prepared import Prepared, prepare
@@ -248,19 +280,12 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
     from ramsight.studio.setting import read_setting, with_unit
     from ramsight.studio.tabs import tabs
 
-    token = None if host in LOOPBACK else secrets.token_urlsafe(_FREE)
-    app.add_middleware(Guard, token=token, largest=LARGEST)
-    app.add_static_files("/studio-assets", ASSETS)
-    app.storage.max_tab_storage_age = _FORGOTTEN
-    prepared, room = prepare(described), Visitors(visitors)
+    prepared = prepare(described)
 
     @lru_cache(_KEPT)
     def of_catalogue(name: str) -> Prepared:
         return prepare(load_machine(name))
 
-    title = title_of(described)
-
-    @ui.page("/", title=title, reconnect_timeout=_GONE)
     async def page() -> Response | None:
         client = ui.context.client
         request = client.request
@@ -293,21 +318,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
             tabs(chosen, session, place, named.set_text, asked, history)
         return None
 
-    print(one_line(f"ramsight studio: {address(host, port, token)}"), flush=True)
-    ui.run(
-        http=ClosingProtocol,
-        host=host,
-        port=port,
-        title=title,
-        show=show,
-        reload=False,
-        dark=None,
-        language="en-US",
-        reconnect_timeout=_SILENT,
-        tailwind=False,  # 260 kB that look at every change of the page; its few words are in studio.css
-        gzip_middleware_factory=None if host in LOOPBACK else GZipMiddleware,  # nothing is far away on this machine
-        show_welcome_message=False,
-    )
+    return page
 
 
 def _head(request: Any, title: str) -> Any:

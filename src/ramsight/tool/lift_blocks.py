@@ -149,9 +149,7 @@ def _with(block: Block, sample: Sample, at: Scalar, step: Scalar, stepped: Flag)
         rod = block.rods[name]
         known = ca.fabs(one.velocity) <= LARGEST  # an unknown velocity is of a rod that stands
         rods[name] = Rod(
-            rod.position + one.position,
-            rod.velocity + ca.if_else(known, one.velocity, 0.0),
-            rod.std + one.std,
+            rod.position + one.position, rod.velocity + ca.if_else(known, one.velocity, 0.0), rod.std + one.std
         )
     return Block(
         rods=rods,

@@ -9,21 +9,11 @@ import casadi as ca
 
 from ramsight.engine.typed_state import chosen, leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, negated
+from ramsight.tool import weighing_limits as limit
 from ramsight.tool.force_scale import TERMS
 from ramsight.tool.lift_blocks import Motion
 from ramsight.tool.lift_window import Changes, Window
 from ramsight.tool.weighing_events import Quality
-from ramsight.tool.weighing_limits import (
-    BLOCK,
-    CHANGES,
-    NOISE_STDS,
-    ONE_STEP,
-    POSITION_SHARE,
-    REPEATS_STD,
-    SHORTEST,
-    SPEED_VARIES,
-    STEADY_SHARE,
-)
 
 QUALITIES = tuple(Quality)
 """Their places are what a recursion gives."""
@@ -76,10 +66,10 @@ def lift_of(window: Window, motion: Motion, rated: float) -> LiftValues:
     # A part that has not ended counts from half the usual length on.
     counts = part.count >= 0.5 * ca.fmax(window.changes.longest, part.count)
     changes = chosen(counts, window.changes.and_part(part), window.changes)
-    observed = shift * ca.sqrt(window.variance / count) / ca.sqrt(ca.fmax(duration / BLOCK, 1.0))
+    observed = shift * ca.sqrt(window.variance / count) / ca.sqrt(ca.fmax(duration / limit.BLOCK, 1.0))
     by_noise = ca.fmin(noise / ca.sqrt(ca.fmax(changes.parts, 1.0)), observed)
     by_position = _farthest([one.mass - mass for one in window.varied])
-    repeats = REPEATS_STD * ca.fabs(push)
+    repeats = limit.REPEATS_STD * ca.fabs(push)
     quality = _quality(window, changes, duration, by_position, noise, rated)
     per_mass, moment_std, covered = _moment(window, mass, root_sum(by_noise, repeats))
     is_any = window.count > 0.0
@@ -103,7 +93,7 @@ def _noise(window: Window, duration: Scalar) -> Scalar:
     """Deviation that noise gives the mass of a part [kg], by the steps from sample to sample."""
     steps = ca.fmax(window.steps, 1.0)
     variance = window.step_squares / steps - (window.step / steps) ** 2
-    samples = ca.fmax(window.count * BLOCK / ca.fmax(duration, BLOCK), 1.0)
+    samples = ca.fmax(window.count * limit.BLOCK / ca.fmax(duration, limit.BLOCK), 1.0)
     return ca.sqrt(ca.fmax(variance, 0.0) / (2.0 * samples))
 
 
@@ -132,15 +122,15 @@ def _quality(
     count = ca.fmax(window.count, 1.0)
     speed = window.speed / count
     variance = ca.fmax(window.speed_squares / count - speed**2, 0.0)
-    varies = ca.sqrt(variance) > SPEED_VARIES * ca.fabs(speed)
-    is_steady = all_of(window.steady >= STEADY_SHARE * window.count, negated(varies))
-    changed = all_of(changes.parts > 1.0, changes.high - changes.low > CHANGES * rated + NOISE_STDS * noise)
-    fell = all_of(changes.step > 0.0, changes.explained >= ONE_STEP * changes.variance)
-    known = by_position <= POSITION_SHARE * rated
+    varies = ca.sqrt(variance) > limit.SPEED_VARIES * ca.fabs(speed)
+    is_steady = all_of(window.steady >= limit.STEADY_SHARE * window.count, negated(varies))
+    changed = all_of(changes.parts > 1.0, changes.high - changes.low > limit.CHANGES * rated + limit.NOISE_STDS * noise)
+    fell = all_of(changes.step > 0.0, changes.explained >= limit.ONE_STEP * changes.variance)
+    known = by_position <= limit.POSITION_SHARE * rated
     causes = (
         (Quality.SPILLED, all_of(changed, fell)), (Quality.DIGGING, all_of(changed, negated(fell))),
         (Quality.TOO_FAST, negated(is_steady)), (Quality.UNKNOWN_POSITION, negated(known)),
-        (Quality.TOO_SHORT, duration < SHORTEST),
+        (Quality.TOO_SHORT, duration < limit.SHORTEST),
     )  # fmt: skip
     quality: Scalar = ca.SX(float(QUALITIES.index(Quality.GOOD)))
     for cause, holds in causes:

@@ -15,9 +15,9 @@ from ramsight.arrays import Array
 from ramsight.sensor.status import LEAST
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.signals import Samples
-from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT
 
-__all__ = ["LONGEST_ALERT", "TIME_TO_ALERT", "Availability"]
+TIME_TO_ALERT, LONGEST_ALERT = 0.2, 60.0
+"""For how long a position may be unavailable, or two sensors apart, unless more is declared, and at most [s]."""
 
 
 class Availability:

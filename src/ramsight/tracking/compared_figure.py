@@ -13,28 +13,15 @@ from ramsight.optional import needing
 from ramsight.output import open_table
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.signals import Dataset
+from ramsight.tracking import figures
 from ramsight.tracking.comparing import Verdict
-from ramsight.tracking.figures import (
-    AS_IT_CAME,
-    ERROR,
-    ESTIMATE,
-    SCREEN,
-    STYLE,
-    TRUTH,
-    UNCERTAIN,
-    Look,
-    legend_above,
-    save,
-    shade,
-    verbatim,
-)
 from ramsight.tracking.overlay import ALIGNMENTS, Overlay
 from ramsight.units import to_si
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_SHADES = {Verdict.APART: UNCERTAIN, Verdict.OTHER_WRONG: ESTIMATE, Verdict.VIRTUAL_WRONG: "#8a94a0"}
+_SHADES = {Verdict.APART: figures.UNCERTAIN, Verdict.OTHER_WRONG: figures.ESTIMATE, Verdict.VIRTUAL_WRONG: "#8a94a0"}
 
 
 def write_compared(both: Dataset, path: str | Path) -> None:
@@ -70,27 +57,29 @@ def compared_figure(both: Dataset, title: str, path: str | Path) -> None:
 
     time, bound = both["time"].values, 1e3 * both[BOUND].values
     virtual, other = 1e3 * both["position"].values, 1e3 * both["other_position"].values
-    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(figures.STYLE):  # type: ignore[arg-type]
         figure = Figure(figsize=(7.2, 4.6), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[1.2, 1.0])
-        above.plot(time, other, color=TRUTH, lw=2.2, label="real sensor")
-        above.plot(time, virtual, color=ESTIMATE, lw=1.0, label="virtual sensor")
+        above.plot(time, other, color=figures.TRUTH, lw=2.2, label="real sensor")
+        above.plot(time, virtual, color=figures.ESTIMATE, lw=1.0, label="virtual sensor")
         above.set_ylabel("position\n[mm]")
-        below.plot(time, other - virtual, color=ERROR, lw=0.9, label="real less virtual")
-        below.fill_between(time, -bound, bound, color=ESTIMATE, alpha=0.18, lw=0, label="the virtual one's bound")
+        below.plot(time, other - virtual, color=figures.ERROR, lw=0.9, label="real less virtual")
+        below.fill_between(
+            time, -bound, bound, color=figures.ESTIMATE, alpha=0.18, lw=0, label="the virtual one's bound"
+        )
         shown = np.concatenate([[1.0], np.abs(other - virtual)])
         reach = 1.3 * max(float(np.nanmax(shown)), float(np.median(bound)))
         below.set(ylim=(-reach, reach), ylabel="difference\n[mm]", xlabel="time [s]")
         for axes in (above, below):
             for verdict, colour in _SHADES.items():
                 there = both["verdict"].values == verdict
-                shade(axes, time, there, colour, verdict.name.lower().replace("_", " "), alpha=0.3)
-            legend_above(axes, ncols=5)
+                figures.shade(axes, time, there, colour, verdict.name.lower().replace("_", " "), alpha=0.3)
+            figures.legend_above(axes, ncols=5)
         figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
-    save(figure, path)
+    figures.save(figure, path)
 
 
-_COLOURS = (TRUTH, ESTIMATE, ERROR, "#3f8f5f", "#7a4fa3", UNCERTAIN, AS_IT_CAME)
+_COLOURS = (figures.TRUTH, figures.ESTIMATE, figures.ERROR, "#3f8f5f", "#7a4fa3", figures.UNCERTAIN, figures.AS_IT_CAME)
 _DASHES = ("-", "--", ":")
 
 
@@ -110,7 +99,7 @@ def write_overlay(runs: Overlay, path: str | Path) -> None:
         table.append(columns)
 
 
-def overlay_figure(runs: Overlay, title: str, path: str | Path, look: Look = SCREEN) -> None:
+def overlay_figure(runs: Overlay, title: str, path: str | Path, look: figures.Look = figures.SCREEN) -> None:
     """Draw the positions with their bands, the differences with what the bands allow, and where the readings are."""
     with look.context():
         from matplotlib.figure import Figure
@@ -121,26 +110,28 @@ def overlay_figure(runs: Overlay, title: str, path: str | Path, look: Look = SCR
             colour, dash = _COLOURS[k % len(_COLOURS)], _DASHES[k // len(_COLOURS) % len(_DASHES)]
             position, low, high = (1e3 * one for one in of)
             above.fill_between(runs.time, low, high, color=colour, alpha=0.15, lw=0.0)
-            above.plot(runs.time, position, color=colour, ls=dash, lw=1.1, label=verbatim(name))
+            above.plot(runs.time, position, color=colour, ls=dash, lw=1.1, label=figures.verbatim(name))
             if k > 0:
                 least, most = (1e3 * end[k - 1] for end in (runs.difference_low, runs.difference_high))
                 below.fill_between(runs.time, least, most, color=colour, alpha=0.15, lw=0.0)
                 below.plot(runs.time, 1e3 * runs.difference[k - 1], color=colour, ls=dash, lw=0.9)
-        below.axhline(0.0, color=TRUTH, lw=0.6)
+        below.axhline(0.0, color=figures.TRUTH, lw=0.6)
         apart = (runs.overlap == 0.0).any(axis=0)
-        shade(below, runs.time, apart, UNCERTAIN, "bands do not overlap", alpha=0.35)
+        figures.shade(below, runs.time, apart, figures.UNCERTAIN, "bands do not overlap", alpha=0.35)
         for one in runs.readings:
             for axes in (above, below):
-                axes.axvline(one.time, color=AS_IT_CAME, lw=0.8, ls="--")
+                axes.axvline(one.time, color=figures.AS_IT_CAME, lw=0.8, ls="--")
         above.set_ylabel("position\n[mm]")
-        below.set(ylabel=f"less {verbatim(runs.names[0])}\n[mm]", xlabel=f"time since {ALIGNMENTS[runs.align]} [s]")
-        legend_above(above, ncols=look.beside(3))
+        below.set(
+            ylabel=f"less {figures.verbatim(runs.names[0])}\n[mm]", xlabel=f"time since {ALIGNMENTS[runs.align]} [s]"
+        )
+        figures.legend_above(above, ncols=look.beside(3))
         if apart.any():
-            legend_above(below)
+            figures.legend_above(below)
         if not look.is_for_print:
             figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
         look.fit(figure)
-        save(figure, path)
+        figures.save(figure, path)
 
 
 _KEPT = (
@@ -177,13 +168,13 @@ def draw_sweep(runs: Dataset, title: str) -> Figure:
         raise DescriptionError("has nothing that differs from run to run", key="dataset", allowed="several runs")
     down = [_quantity(runs, name) for name in _KEPT if name in runs] or [_quantity(runs, _OTHERWISE)]
     lost = int((runs["outcome"] != "done").sum())
-    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(figures.STYLE):  # type: ignore[arg-type]
         figure = Figure(figsize=(1.2 + 2.6 * len(across), 0.8 + 1.7 * len(down)), layout="constrained")
         axes = figure.subplots(len(down), len(across), sharex="col", sharey="row", squeeze=False)
         for row, shown in zip(axes, down, strict=True):
             row[0].set_ylabel(shown.label)
             for panel, over in zip(row, across, strict=True):
-                panel.plot(over.values, shown.values, ".", ms=3.0, color=ERROR, alpha=0.6)
+                panel.plot(over.values, shown.values, ".", ms=3.0, color=figures.ERROR, alpha=0.6)
         for panel, over in zip(axes[-1], across, strict=True):
             panel.set_xlabel(over.label)
         figure.suptitle(title + (f"; {lost} did not reach their end" if lost else ""), x=0.01, ha="left", weight="bold")

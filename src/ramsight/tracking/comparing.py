@@ -24,11 +24,10 @@ from ramsight.expression import Flag, Scalar, all_of, any_of, count, flag, negat
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import JUMPS_MOST, MEASURABLE_LIMIT, MEMORY_TIME, OTHER_FASTEST
+from ramsight.tracking.availability import TIME_TO_ALERT
 
-TOLERANCE, TIME_TO_ALERT = 2e-3, 0.2
-"""What a position sensor may be wrong by [m], and for how long two have to be apart [s], unless more is declared."""
-LONGEST_ALERT = 60.0
-"""The longest time to alert [s]."""
+TOLERANCE = 2e-3
+"""What a position sensor may be wrong by [m], unless more is declared."""
 
 
 class Verdict(IntEnum):

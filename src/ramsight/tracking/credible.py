@@ -12,10 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ramsight.arrays import Array, Bools
+from ramsight.arrays import Array, Bools, true_intervals
 from ramsight.constant import Constant
 from ramsight.errors import LogError, warn_of_log
-from ramsight.intervals import true_intervals
 from ramsight.logs.channel_map import known_map
 from ramsight.logs.channels import POSITION, is_command
 from ramsight.logs.mapped import ChannelMap
@@ -25,7 +24,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.thresholds import PRESSURE_ABOVE, PRESSURE_BELOW
 from ramsight.signals import TIME, Dataset, Samples, Signals
-from ramsight.tracking.position_errors import ComparisonError
+from ramsight.tracking.track_errors import ComparisonError
 
 OUTSIDE = Constant(0.05, "1", "of the stroke, by which a position may lie outside it: a sensor's zero is never exact")
 _FASTER = Constant(3.0, "1", "times the pump's fastest piston: a load that runs ahead, while valves let it")

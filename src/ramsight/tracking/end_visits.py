@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.intervals import true_intervals
+from ramsight.arrays import true_intervals
 from ramsight.sensor.contacts.mode import Mode
 from ramsight.sensor.thresholds import MIXED_FRICTION_SPEED
 from ramsight.signals import Samples

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ramsight.arrays import true_intervals
 from ramsight.errors import one_line
 from ramsight.hindsight.innovations import NIS, UNEXPECTED
-from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.optional import needing
 from ramsight.output import atomic_path

@@ -18,7 +18,7 @@ from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
 from ramsight.signals import Samples, Signals
 from ramsight.tracking.end_visits import visits
 from ramsight.tracking.pieces import Gaps
-from ramsight.tracking.position_errors import ComparisonError
+from ramsight.tracking.track_errors import ComparisonError
 
 ALIGNMENTS = {"start": "the first sample", "reference": "the first end or reference"}
 """What is at 0 s of every run, by the word for it."""

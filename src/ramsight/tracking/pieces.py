@@ -18,10 +18,10 @@ from ramsight.sensor.thresholds import BRIDGED_GAP
 from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LIVE, LOWEST, REFERENCED_NOW, STATUS
 from ramsight.signals import Samples, Signal, Signals, joined
 from ramsight.tracking.availability import PassedTime
-from ramsight.tracking.named_faults import FaultNames
 
 if TYPE_CHECKING:
     from ramsight.tracking.availability import Availability
+    from ramsight.tracking.named_faults import FaultNames
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,7 @@ _BAND = (LOWEST, HIGHEST)
 _INTEGRITY = (*_BAND, BOUND, REFERENCED_NOW)
 TABLE = (*_TRACK, *_INTEGRITY)
 """What a table of a track has, where the sensor says it."""
+_DIAGNOSED = ("speed_gain_probability", "torque_gain_probability")  # said by a sensor that can name faults of inputs
 _LOG = ("motor_speed", "motor_torque", "oil_temperature")
 
 
@@ -152,7 +153,7 @@ class Tally:
         self._passed = PassedTime()
         self._position: list[float] = []
         self._counts: dict[int, int] = {}
-        self._faults = FaultNames()
+        self._faults: FaultNames | None = None
         self.has_position = False
 
     def append(self, tracked: Samples) -> None:
@@ -164,7 +165,12 @@ class Tally:
         self.has_position = self.has_position or bool(np.isfinite(position).any())
         for code, count in zip(*np.unique(tracked["status"].values, return_counts=True), strict=True):
             self._counts[int(code)] = self._counts.get(int(code), 0) + int(count)
-        self._faults.append(tracked)
+        if self._faults is None and any(name in tracked for name in _DIAGNOSED):
+            from ramsight.tracking.named_faults import FaultNames
+
+            self._faults = FaultNames()
+        if self._faults is not None:
+            self._faults.append(tracked)
 
     @property
     def figures(self) -> dict[str, Any]:
@@ -193,7 +199,8 @@ class Tally:
         for code, count in sorted(self._counts.items()):
             if code != Status.OK:
                 lines.append(f"  {100 * count / self._samples:.1f} % of the samples {Status(code).text}")
-        return "\n".join([*lines, *(f"  {one.text}" for one in self._faults.close())])
+        faults = [] if self._faults is None else self._faults.close()
+        return "\n".join([*lines, *(f"  {one.text}" for one in faults)])
 
 
 def _millimetres(position: float) -> str:

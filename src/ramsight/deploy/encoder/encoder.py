@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from ramsight._version import __version__
+from ramsight.deploy.encoder import server
 from ramsight.deploy.encoder.alarms import ALARMS, OF_STATUS, WARNINGS, Emergencies, Fault, alarms, register, warnings
 from ramsight.deploy.encoder.beside import Beside
 from ramsight.deploy.encoder.bus_clock import BusClock
@@ -19,33 +20,12 @@ from ramsight.deploy.encoder.saving import Persistence, Saving
 from ramsight.deploy.encoder.scale import BY_6005, DOWNWARDS, Published, Scale, counted, whole
 from ramsight.deploy.encoder.schedule import HEARTBEAT, PDOS, Schedule, pdo_identifiers
 from ramsight.deploy.encoder.second_node import PERIOD, Presence, SecondNode
-from ramsight.deploy.encoder.server import (
-    BY_STATE,
-    INVALID,
-    NOT_STORED,
-    OPERATIONAL,
-    PRE_OPERATIONAL,
-    RESET_COMMUNICATION,
-    RESET_NODE,
-    Node,
-    refuse,
-)
 from ramsight.deploy.encoder.weighings import Weighings
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor import virtual_sensor
 from ramsight.sensor.persistence import STARTED
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import (
-    BOUND,
-    DISPUTED,
-    IS_REFERENCED,
-    LOAD_AGE,
-    LOAD_STD,
-    REFERENCED_NOW,
-    TIME,
-    Estimate,
-    VirtualSensor,
-)
 from ramsight.tool.weigher import Weigher
 
 _NMT, _SYNC = 0x000, 0x080
@@ -100,7 +80,7 @@ class Encoder:
 
     def __init__(
         self,
-        sensor: VirtualSensor,
+        sensor: virtual_sensor.VirtualSensor,
         unit: HydraulicUnit,
         listener: Listener,
         settings: Settings,
@@ -113,7 +93,7 @@ class Encoder:
         self._record, self.weighings = record, Weighings(weigher, unit.name)
         self._sensor, self._unit, self._listener, self.settings = sensor, unit, listener, settings
         self._saving = Saving(sensor, persistence)
-        self._node = Node(settings.node_id, self._read, self._check)
+        self._node = server.Node(settings.node_id, self._read, self._check)
         taken = listener.identifiers | pdo_identifiers(settings.drive_node)
         self._schedule, self._clock = Schedule(self._node, taken), BusClock()
         self._published = Published(unit.max_speed * unit.travel_per_radian)
@@ -122,7 +102,7 @@ class Encoder:
         self._beside = Beside(listener, unit, self._node)
         self._now = 0.0
         self._sample: Sample | None = None
-        self._estimate: Estimate | None = None
+        self._estimate: virtual_sensor.Estimate | None = None
         self._drive = Presence(self._node, settings.drive_node)
         self._second = SecondNode(listener.periodic, unit.max_speed)
         self._alive = Liveness(
@@ -157,11 +137,11 @@ class Encoder:
         elif kind == _SYNC:
             if len(data) == 1:
                 self._alive.synced(data[0])
-            if self._node.state == OPERATIONAL and len(data) <= 1:
+            if self._node.state == server.OPERATIONAL and len(data) <= 1:
                 self._published.follow(now)
                 self._schedule.sync()
         elif kind == 0x600 + self.settings.node_id:
-            if len(data) == 8 and self._node.state in (PRE_OPERATIONAL, OPERATIONAL):
+            if len(data) == 8 and self._node.state in (server.PRE_OPERATIONAL, server.OPERATIONAL):
                 self._serve(data)
         elif self.settings.drive_node is not None and kind == HEARTBEAT + self.settings.drive_node and len(data) == 1:
             self._drive.alive(now, data[0])
@@ -211,7 +191,7 @@ class Encoder:
     @property
     def bound(self) -> float:
         """What the position's error exceeds once in 100 000 samples without a warning [m]; infinite if unknown."""
-        bound = self._sensor.says(BOUND)
+        bound = self._sensor.says(virtual_sensor.BOUND)
         return math.inf if math.isnan(bound) else bound + self._unseen + self._published.behind
 
     @property
@@ -222,12 +202,12 @@ class Encoder:
     @property
     def load_std(self) -> float:
         """Standard deviation of the load [N]; NaN if it is unknown."""
-        return self._sensor.says(LOAD_STD)
+        return self._sensor.says(virtual_sensor.LOAD_STD)
 
     @property
     def load_age(self) -> float:
         """Time since the torque has shown the load [s]; NaN if it never has."""
-        return self._sensor.says(LOAD_AGE)
+        return self._sensor.says(virtual_sensor.LOAD_AGE)
 
     @property
     def _unseen(self) -> float:
@@ -237,7 +217,7 @@ class Encoder:
     @property
     def referenced(self) -> bool:
         """Whether a reference has come since power-up."""
-        return self._sensor.state.get(REFERENCED_NOW, 0.0) > 0.5
+        return self._sensor.state.get(virtual_sensor.REFERENCED_NOW, 0.0) > 0.5
 
     @property
     def velocity(self) -> float:
@@ -269,7 +249,7 @@ class Encoder:
         if self._drive.check(now) or changed:
             self._look()
         self._emergencies.tell(self._now, self._faults, self.status)
-        if self._node.state == OPERATIONAL:
+        if self._node.state == server.OPERATIONAL:
             self._published.follow(now)
         self._schedule.tick(now)
 
@@ -315,9 +295,9 @@ class Encoder:
         self._drive.sampled(self._now)
         self._sample, self._estimate, self._missed = sample, estimate, False
         self.weighings.take(sample.time, self._sensor)
-        self._beside.compare(self._now, sample, estimate, self._sensor.says(BOUND))
+        self._beside.compare(self._now, sample, estimate, self._sensor.says(virtual_sensor.BOUND))
         after = self._sensor.state
-        if any(after[name] != before[name] for name in (TIME, STARTED)):  # else it was passed over
+        if any(after[name] != before[name] for name in (virtual_sensor.TIME, STARTED)):  # else it was passed over
             self._listener.referenced()
         if self._saving.watch(self._now, sample.motor_speed, estimate):
             self._save()
@@ -328,16 +308,16 @@ class Encoder:
         """Accept a position that a person enters, or reject it."""
         position, last = self._scale.metres(steps), self._sample
         if not 0.0 <= position <= self._unit.cylinder.stroke:
-            refuse(INVALID)
+            server.refuse(server.INVALID)
         if (
             last is None or self._drive.lost or self._is_false or self._refused_one
         ):  # whoever insists has to forget the position first
-            refuse(BY_STATE)
+            server.refuse(server.BY_STATE)
         assert last is not None
         sent, warmth = last.time + _JUST_AFTER, self._listener.temperature(self._now)
         self._step(Sample(sent, last.motor_speed, last.motor_torque, warmth, position), preset=True)
-        if self._sensor.state[TIME] != sent or self._is_disputed:
-            refuse(BY_STATE)
+        if self._sensor.state[virtual_sensor.TIME] != sent or self._is_disputed:
+            server.refuse(server.BY_STATE)
         if not self._saving.moving:
             self._save()
 
@@ -346,14 +326,14 @@ class Encoder:
         forgotten = self._saving.forget()
         self._look()
         if not forgotten:
-            refuse(NOT_STORED)
+            server.refuse(server.NOT_STORED)
 
     # ---- what is wrong ------------------------------------------------------------------------------------------
 
     def _look(self, *, preset: bool = False) -> None:
         """See what is wrong now, publish the position, tell of changes."""
         state, estimate = self._sensor.state, self._estimate
-        referenced = state[IS_REFERENCED] > 0.5
+        referenced = state[virtual_sensor.IS_REFERENCED] > 0.5
         self._state_damaged = self._state_damaged and not referenced
         faults = set()
         if estimate is not None and estimate.status is not Status.OK:
@@ -396,7 +376,7 @@ class Encoder:
     @property
     def _refused_one(self) -> bool:
         """The sensor's own memory of it; the balance and the table have none."""
-        return self._sensor.state.get(DISPUTED, 0.0) > 0.5
+        return self._sensor.state.get(virtual_sensor.DISPUTED, 0.0) > 0.5
 
     @property
     def status(self) -> int:
@@ -407,9 +387,9 @@ class Encoder:
 
     def _command(self, data: bytes) -> None:
         command = self._node.command(data)
-        if command == RESET_NODE:
+        if command == server.RESET_NODE:
             self._reset(ALL)
-        elif command == RESET_COMMUNICATION:
+        elif command == server.RESET_COMMUNICATION:
             self._reset((COMMUNICATION,))
         elif command:
             self._schedule.restart_pdos(self._now)
@@ -490,17 +470,17 @@ class Encoder:
     def _check(self, index: int, subindex: int, value: int) -> None:
         """Take a value that is being written, or refuse it."""
         if (index, subindex) in STORED:
-            if self._node.state == OPERATIONAL and index not in RUNNING:
-                refuse(BY_STATE)
+            if self._node.state == server.OPERATIONAL and index not in RUNNING:
+                server.refuse(server.BY_STATE)
             reason = self._refusal(index, subindex, value)
             if reason:
-                refuse(reason)
+                server.refuse(reason)
         if index in (0x1010, 0x1011):
             self._stored.write(index, subindex, value)
             self._look()
         elif index == 0x1003:
             if value != 0:
-                refuse(INVALID)
+                server.refuse(server.INVALID)
             self._emergencies.history.clear()
         elif index in PDOS:
             self._schedule.check(index, subindex, value)
@@ -508,7 +488,7 @@ class Encoder:
             self._drive.expect(value)
         elif index == 0x2003:
             if value != FORGET:
-                refuse(NOT_STORED)
+                server.refuse(server.NOT_STORED)
             self._forget()
         elif index == 0x2100:
             self._listener.write_temperature(math.nan if value == NO_TEMPERATURE else 0.1 * value, self._now)
@@ -520,9 +500,9 @@ class Encoder:
     def _refusal(self, index: int, subindex: int, value: int) -> int:
         """The abort code for a parameter that can never have this value; 0 if it can."""
         if index == 0x2001 and self._scale.is_plausible(value):
-            return INVALID
+            return server.INVALID
         if index == 0x6000 and value & ~(BY_6005 | DOWNWARDS):
-            return INVALID
+            return server.INVALID
         return self._schedule.refusal(index, subindex, value)
 
     # ---- saving -------------------------------------------------------------------------------------------------

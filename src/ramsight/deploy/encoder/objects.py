@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from ramsight.tool.load_chart import LoadStatus
 from ramsight.tool.weighing_events import Quality
-from ramsight.tracking.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE
+from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT
+from ramsight.tracking.comparing import TOLERANCE
 
 if TYPE_CHECKING:
     from canopen import ObjectDictionary

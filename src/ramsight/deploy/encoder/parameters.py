@@ -7,24 +7,14 @@ import json
 from collections.abc import Callable, Mapping, Set
 from pathlib import Path
 
-from ramsight.deploy.encoder.objects import (
-    APPLICATION,
-    COMMUNICATION,
-    ENTRIES,
-    GROUPS,
-    LOAD,
-    SAVE,
-    STORED,
-    code,
-    limits,
-)
+from ramsight.deploy.encoder import objects
 from ramsight.deploy.encoder.server import NOT_STORED, Node, refuse
 from ramsight.errors import OutputError
 from ramsight.output.atomic import write_text
 
 FORMAT = 1
 SUFFIX = ".parameters"
-_KEYS = {code(*key): key for key in STORED}
+_KEYS = {objects.code(*key): key for key in objects.STORED}
 
 Values = dict[tuple[int, int], int]
 
@@ -53,7 +43,7 @@ class ParameterFile:
         Raises:
             OutputError: it cannot be written.
         """
-        named = {code(*key): value for key, value in sorted(values.items())}
+        named = {objects.code(*key): value for key, value in sorted(values.items())}
         content = {"format": FORMAT, "checksum": _checksum(named), "parameters": named}
         write_text(json.dumps(content, indent=1) + "\n", self.path)
 
@@ -75,8 +65,8 @@ def _checksum(named: Mapping[str, int]) -> str:
     return hashlib.sha256(json.dumps(named, sort_keys=True).encode()).hexdigest()
 
 
-ALL = (COMMUNICATION, APPLICATION)
-_GROUPS = {1: ALL, 2: (COMMUNICATION,), 3: (APPLICATION,)}
+ALL = (objects.COMMUNICATION, objects.APPLICATION)
+_GROUPS = {1: ALL, 2: (objects.COMMUNICATION,), 3: (objects.APPLICATION,)}
 """What the subindices of 1010h and 1011h stand for."""
 
 
@@ -114,30 +104,30 @@ class Stored:
         if stored is not None and not all(self._is_possible(*key, value) for key, value in stored.items()):
             stored = None
         self.damaged = stored is None
-        for index in {index for index, _ in STORED if GROUPS[index] in groups}:
+        for index in {index for index, _ in objects.STORED if objects.GROUPS[index] in groups}:
             self._node.forget(index)
         values = {**(stored or {}), **self._overrides}
         for (index, subindex), value in values.items():
-            if GROUPS[index] in groups:
+            if objects.GROUPS[index] in groups:
                 self._node.set(index, subindex, value)
         return values.keys()
 
     def _is_possible(self, index: int, subindex: int, value: int) -> bool:
-        entry = ENTRIES[index, subindex]
-        least, most = limits(entry.type)
+        entry = objects.ENTRIES[index, subindex]
+        least, most = objects.limits(entry.type)
         low, high = (least if entry.low is None else entry.low), (most if entry.high is None else entry.high)
         return low <= value <= high and not self._refusal(index, subindex, value)
 
     def write(self, index: int, subindex: int, value: int) -> None:
         """Serve a signature written to 1010h or 1011h, or refuse it."""
         saves = index == 0x1010
-        if value != (SAVE if saves else LOAD) or self._file is None or subindex not in _GROUPS:
+        if value != (objects.SAVE if saves else objects.LOAD) or self._file is None or subindex not in _GROUPS:
             refuse(NOT_STORED)
         assert self._file is not None
         groups, kept = _GROUPS[subindex], self._file.load() or {}
-        values: Values = {key: one for key, one in kept.items() if GROUPS[key[0]] not in groups}
+        values: Values = {key: one for key, one in kept.items() if objects.GROUPS[key[0]] not in groups}
         if saves:
-            values |= {key: self._node.get(*key) for key in STORED if GROUPS[key[0]] in groups}
+            values |= {key: self._node.get(*key) for key in objects.STORED if objects.GROUPS[key[0]] in groups}
         try:
             self._file.save(values)
         except OutputError:

@@ -18,7 +18,7 @@ from ramsight.engine.recursion import replay_many
 from ramsight.sensor.status import VALIDITIES, Status, validity_levels
 from ramsight.sensor.virtual_sensor import BOUND, VirtualSensor
 from ramsight.study.datasheet.drawn import Drawn
-from ramsight.tracking.position_errors import stop_visits
+from ramsight.tracking.track_errors import stop_visits
 
 TAUGHT = 3
 """References after which the sensor is taken to be taught."""
