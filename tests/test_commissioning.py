@@ -89,6 +89,7 @@ def test_a_log_without_leak_test_and_stops_is_not_enough(boom):
     assert "ramsight simulate --duty leak-test" in done.text
 
 
+@pytest.mark.slow
 def test_a_machine_far_from_its_data_sheet_is_worth_a_second_look(boom):
     far = ramsight.AsBuilt(leak=1.6, displacement=0.979)
     run = ramsight.simulate(boom, "commissioning", as_built=far)

@@ -40,6 +40,7 @@ def test_examples_in_docstrings_run(name):
     assert outcome.failed == 0
 
 
+@pytest.mark.slow
 def test_the_page_of_python_runs(tmp_path, monkeypatch, capsys):
     (tmp_path / "tests").symlink_to(ROOT / "tests")
     monkeypatch.chdir(tmp_path)
@@ -230,6 +231,7 @@ def test_the_fuzzing_found_what_security_counts_and_nothing_else(script):
         assert section["tried"] >= MINUTES.get(name, 100)
 
 
+@pytest.mark.slow
 def test_the_page_of_the_control_runs():
     first, second = re.findall(r"```python\n(.*?)```", text_of("how-to/control"), flags=re.DOTALL)
     names = {}

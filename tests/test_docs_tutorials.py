@@ -11,7 +11,14 @@ import pytest
 from .shown import ROOT, SAVED, alike, blocks
 
 TUTORIALS = sorted(page.stem for page in (ROOT / "docs" / "tutorials").glob("*.md") if page.stem != "index")
-SLOW = {"commissioning-at-your-desk", "onto-can", "into-c", "is-my-pump-wearing", "weigh-what-you-lift"}
+SLOW = {
+    "commissioning-at-your-desk",
+    "first-position",
+    "onto-can",
+    "into-c",
+    "is-my-pump-wearing",
+    "weigh-what-you-lift",
+}
 """Those that take more than ten seconds of processor time, or play a log in real time."""
 NEEDS = {"onto-can": "can", "into-c": "cc"}
 TRIES = {"onto-can": 8}

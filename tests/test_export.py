@@ -357,6 +357,7 @@ def test_an_erased_slot_takes_the_position_with_it(slots, filler):
     assert slots.c.ramsight_boom_resume(slots.sensor, 7, slots.slots[0], None) == OLDER
 
 
+@pytest.mark.slow
 def test_every_damaged_bit_is_noticed(slots):
     slots.begin()
     for place in (0, 1):

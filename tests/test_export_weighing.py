@@ -96,6 +96,7 @@ def test_a_weighing_that_is_another_fails(exported, tmp_path, before, after):
         golden_said(tmp_path)
 
 
+@pytest.mark.slow
 @needs_compiler
 @pytest.mark.parametrize("name", ["forklift-mast", "mining-loader-4t"])
 def test_other_machines_with_a_payload_do_so_too(tmp_path, name):
@@ -146,6 +147,7 @@ def test_a_weighing_that_cannot_be_is_refused(tmp_path, arguments, message):
         ramsight.export_c(**passed)
 
 
+@pytest.mark.slow
 def test_the_verb_writes_a_weighing(tmp_path, runner):
     done = runner.invoke(app, ["export", "c", "mining-loader", "--unit", "boom", "--weighing", "--out", str(tmp_path)])
     assert done.exit_code == 0, done.output
@@ -175,7 +177,7 @@ def logs():
 
 
 @needs_compiler
-@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("fmi", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_an_fmu_weighs_what_the_live_weighing_of_both_sensors_weighs(tmp_path, logs, fmi):
     """On a slope and with a learned scale, by the boom's drive and what the bucket's sensor says."""
     pytest.importorskip("fmpy")

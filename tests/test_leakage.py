@@ -47,7 +47,7 @@ def test_the_recorded_leak_test_gives_the_machines_leak_factor(trace):
 
 @pytest.mark.parametrize("factor", [0.75, 1.0, 1.25, 1.6])
 @pytest.mark.parametrize(("name", "load"), [("boom", 441e3), ("bucket", 150e3)])
-@pytest.mark.parametrize("celsius", [15.0, 40.0, 55.0])
+@pytest.mark.parametrize("celsius", [15.0, pytest.param(40.0, marks=pytest.mark.slow), 55.0])
 def test_known_wear_is_found(name, load, factor, celsius):
     unit = UNITS[name]
     # Speeds that hold a half and four fifths of the load's pressure on the worn machine.

@@ -870,6 +870,7 @@ def test_a_log_is_proposed_a_map_and_tracked_with_the_figures_of_the_verb(tmp_pa
     assert done["progress"] == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_log_is_looked_back_at(tmp_path):
     copied = tmp_path / "bucket_hot.csv.gz"
     copied.write_bytes((TRACES / "unknown" / copied.name).read_bytes())
@@ -899,6 +900,7 @@ def commissioned(tmp_path_factory):
     return folder / "log.csv", folder / "truth.csv"
 
 
+@pytest.mark.slow
 def test_references_leak_test_and_report_are_those_of_the_verbs(commissioned):
     log, truth = (str(one) for one in commissioned)
     asked = Asked(machine.load_machine("mining-loader"), "boom", log, truth)
