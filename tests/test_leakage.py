@@ -63,31 +63,23 @@ def test_known_wear_is_found(name, load, factor, celsius):
         assert found.factor == pytest.approx(factor, rel=0.02)
 
 
-def test_a_slow_lift_is_not_taken_for_a_leak_test():
+def test_a_log_without_a_leak_test_says_so_and_a_slow_lift_is_none(trace):
     unit = UNITS["boom"]
+    with pytest.raises(LeakTestError, match="no leak test"):
+        leak_test(unit, read_log(trace("boom_441kN_40C").log))
     # 30 kN take 12 bar: 60 and 90 rpm lift them, slowly.
     with pytest.raises(LeakTestError, match="slow lift"):
         leak_test(unit, log_of(unit, [(60, 4.0), (90, 4.0)], 30e3, 313.15))
 
 
-def test_a_log_without_a_leak_test_says_so(trace):
-    with pytest.raises(LeakTestError, match="no leak test"):
-        leak_test(UNITS["boom"], read_log(trace("boom_441kN_40C").log))
-
-
-def test_the_figure_per_kelvin_is_what_a_warmer_oil_would_have_made_of_it(trace):
+def test_the_figure_per_kelvin_is_what_a_warmer_oil_would_have_made_of_it_and_is_in_the_summary(trace):
     log = read_log(trace("boom_asbuilt1_leaktest").log)
     found = leak_test(UNITS["boom"], log)
     warmer = leak_test(UNITS["boom"], log.assign(oil_temperature=log["oil_temperature"] + 1.0))
     assert found.per_kelvin < -0.01  # a thinner oil leaks as much with less wear
     assert found.per_kelvin == pytest.approx(warmer.factor - found.factor, rel=0.05)
-
-
-def test_the_summary_says_what_the_figure_depends_on(trace):
-    text = leak_test_summary(leak_test(UNITS["boom"], read_log(trace("boom_asbuilt1_leaktest").log)))
-    assert "leak factor 1.1" in text
-    assert "60 rpm" in text
-    assert "100 rpm" in text
+    text = leak_test_summary(found)
+    assert all(said in text for said in ("leak factor 1.1", "60 rpm", "100 rpm")), text
 
 
 def test_a_log_with_names_of_its_own_takes_a_map(trace, tmp_path):

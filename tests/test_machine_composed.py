@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from ramsight import machine
 from ramsight.duty import Duty, Profile, lift_lower, simulate
 from ramsight.duty.profile import constant
-from ramsight.errors import DescriptionError, RamsightError
+from ramsight.errors import DescriptionError
 from ramsight.machine import catalogue
 from ramsight.machine.placed import KINDS
 from ramsight.plant.build import build
@@ -20,6 +20,7 @@ from ramsight.plant.steady import derive, torque_at_load
 from ramsight.plant.unit import side_nodes
 
 from .command import at_once
+from .test_machine import refusal
 
 MACHINES = [("eha-test-bench", "axis"), ("eha-single-rod", "axis"), ("press", "ram"), ("forklift-mast", "lift")]
 BUILT = {name: build(machine.load_machine(name).unit(unit), unit) for name, unit in MACHINES}
@@ -27,13 +28,6 @@ BUILT = {name: build(machine.load_machine(name).unit(unit), unit) for name, unit
 
 def text_of(name):
     return catalogue.find("machine", name).path.read_text(encoding="utf-8")
-
-
-def refusal(text):
-    with pytest.raises(RamsightError) as caught:
-        machine.loads(text, "a.toml")
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 @pytest.mark.parametrize(("name", "unit"), MACHINES)
