@@ -34,13 +34,14 @@ settings.load_profile("ramsight")
 # Files that take a core for more than 20 s, the longest first: a worker that is given one at the end works alone.
 LONG = (
     "studio_browser", "studio_visits", "export_platforms", "paper", "docs_tutorials", "studio", "docs_run",
-    "loader_verb", "export_further", "export", "assumptions", "identify_circuits", "balance",
+    "loader_verb", "export_further", "export", "assumptions", "identify_circuits", "balance", "load_observer",
     "loader_in_service", "commissioning", "wrong_values", "identify", "opcua", "other_systems", "export_wasm",
     "fit_track", "export_control", "export_visits",
     "export_fmu", "export_profiles", "export_watch", "effects", "datasheet", "drive_check",
     "commissioning_changes", "export_ssp", "docs", "unit_control", "kalman", "imports",
     "sensor_circuits", "core_alone", "watch", "cli_machine", "encoder_beside", "export_power", "optimized",
-    "plant", "directional", "export_parameters", "export_page",
+    "plant", "directional", "export_parameters", "export_page", "encoder_weighing", "export_weighing", "hindsight",
+    "encoder_bus", "control", "hypotheses", "encoder", "engine_graph", "mistakes", "contact", "leakage", "drive_check",
 )  # fmt: skip
 
 

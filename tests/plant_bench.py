@@ -9,6 +9,7 @@ from pkgutil import iter_modules
 
 import casadi as ca
 import numpy as np
+import pytest
 
 import ramsight.plant
 from ramsight import machine
@@ -133,6 +134,9 @@ UNITS = {
     for name in ("mining-loader", "eha-test-bench", "eha-single-rod", "press", "forklift-mast")
     for unit, described in machine.load_machine(name).units.items()
 }
+#: to parametrize tests with that take a second each: of every circuit the slow tests run all
+FEW = ("mining-loader boom", "eha-single-rod axis", "forklift-mast lift")
+CIRCUITS = [pytest.param(name, marks=() if name in FEW else pytest.mark.slow) for name in UNITS]
 #: whole circuits, with all options of the oil, obey the same balances
 WHOLE = {
     **UNITS,

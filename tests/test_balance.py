@@ -21,7 +21,7 @@ from ramsight.plant.pump import Pump
 from ramsight.plant.unit import pumped_into, side_nodes
 from ramsight.plant.valve import Orifice, ReliefValve
 
-from .plant_bench import UNITS, table_of
+from .plant_bench import CIRCUITS, UNITS, table_of
 
 WARM = 313.15
 
@@ -145,7 +145,7 @@ def converged(unit, z0, speed, load, h=0.02, **more):
     return (step, z) if np.abs((z - again) / sizes(unit)).max() < 1e-9 else None
 
 
-@pytest.fixture(params=list(UNITS), scope="module")
+@pytest.fixture(params=CIRCUITS, scope="module")
 def unit(request):
     return UNITS[request.param]
 

@@ -195,7 +195,11 @@ def test_a_visit_to_an_empty_chamber_is_one_though_noise_looks_like_letting_go(b
 
 
 @pytest.mark.parametrize(
-    ("name", "changes"), [("forklift-mast", {"units.lift.cylinder.bore": "60 mm"}), ("eha-test-bench", {})]
+    ("name", "changes"),
+    [
+        ("forklift-mast", {"units.lift.cylinder.bore": "60 mm"}),
+        pytest.param("eha-test-bench", {}, marks=pytest.mark.slow),
+    ],
 )
 def test_a_rehearsal_of_a_machine_as_described_is_commissioned_at_its_ends(name, changes):
     """Of a mast whose chamber empties on its lower end, and of a short cylinder that the pump presses for a minute."""

@@ -197,6 +197,7 @@ def verb(monkeypatch):
     return run
 
 
+@pytest.mark.slow
 def test_the_verb_weighs_with_the_scale_that_known_masses_teach(verb, tmp_path):
     linked = build_linked(machine.load_machine("mining-loader"))
     wrong = ramsight.drive_report(unit_run(simulate_linked(linked, lifting(linked, [5000.0])), "boom"))

@@ -59,6 +59,7 @@ def test_a_small_sensor_has_the_probabilities_of_what_it_weighs():
     assert len(small.recursion.state) < len(kalman(built("boom", 1e-6)).recursion.state) - 50
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "start"), [("boom_asbuilt1_workday", True), ("bucket_asbuilt1_workday", False)])
 def test_on_a_recorded_day_it_is_as_good_as_the_whole_one(name, start):
     unit = built(name.partition("_")[0], 1e-6)

@@ -95,8 +95,11 @@ def test_two_loads_do_not_and_friction_is_left_alone(trace):
 
 @pytest.mark.parametrize(
     "name",
-    ["boom_129kN_40C", "boom_441kN_20C", "boom_441kN_40C", "boom_441kN_60C", "bucket_48kN_40C", "bucket_162kN_40C",
-     "boom_300kN_30C_400rpm", "boom_300kN_30C_2400rpm"],
+    [
+        "boom_441kN_20C", "boom_441kN_60C", "bucket_162kN_40C", "boom_300kN_30C_2400rpm",
+        *(pytest.param(name, marks=pytest.mark.slow)
+          for name in ("boom_129kN_40C", "boom_441kN_40C", "bucket_48kN_40C", "boom_300kN_30C_400rpm")),
+    ],
 )  # fmt: skip
 def test_a_machine_that_is_its_data_sheet_is_found_to_be(trace, name):
     factors = found_of(trace(name)).factors
@@ -111,6 +114,7 @@ def test_a_machine_that_is_its_data_sheet_is_found_to_be(trace, name):
     assert not factors["stiffness"].identified
 
 
+@pytest.mark.slow
 def test_a_random_machine_is_found(coverage):
     found = coverage.one("boom", 3)
     assert all(entry["told"] for entry in found.values())

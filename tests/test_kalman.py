@@ -91,6 +91,7 @@ def test_stops_and_starts_teach_the_leakage_without_a_reference(tracked, name):
     assert (error <= 1.96 * track["position_std"].values).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "load"), [("boom", 441e3), ("bucket", 162e3)])
 def test_fifty_cycles_stay_within_five_millimetres(units, sensors, name, load):
     run = simulate(units[name], lift_lower(units[name], load, 313.15, cycles=50))

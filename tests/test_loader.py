@@ -215,6 +215,7 @@ def test_a_mechanism_is_drawn_to_scale(tmp_path, monkeypatch):
         np.testing.assert_allclose(point, tip(LOADER.mechanism, joints(LOADER.mechanism, at)), atol=1e-6)
 
 
+@pytest.mark.slow
 def test_an_animation_shows_truth_and_estimate_and_needs_no_other_file(cycle, tmp_path):
     import json
 

@@ -12,7 +12,7 @@ from ramsight.plant.valve import Orifice
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
-from .plant_bench import UNITS, table_of
+from .plant_bench import CIRCUITS, UNITS, table_of
 from .sensor_bench import Stepped, cycle, lowered, moves
 
 BAND = 1.96
@@ -32,7 +32,7 @@ def tracked(unit, run, log, *, start="known"):
     return said, said["position"] - run["position"].values
 
 
-@pytest.mark.parametrize("name", UNITS)
+@pytest.mark.parametrize("name", CIRCUITS)
 @pytest.mark.parametrize("share", [0.15, 0.4])
 def test_a_cycle_of_every_unit_is_tracked_and_its_band_holds(name, share):
     unit = UNITS[name]
@@ -88,7 +88,7 @@ def both_ends(name):
     return moves(unit, corners, 0.3 * limits_of(unit).load, lowered(unit, 0.05 * stroke))
 
 
-@pytest.mark.parametrize("name", UNITS)
+@pytest.mark.parametrize("name", CIRCUITS)
 def test_a_position_that_nobody_knows_is_found_at_the_stops(name):
     unit = UNITS[name]
     run, log = both_ends(name)
@@ -105,7 +105,7 @@ def test_a_position_that_nobody_knows_is_found_at_the_stops(name):
     assert said["status"][-1] in (Status.OK, Status.REFERENCE_DUE), "a leakage that nothing has taught may be another"
 
 
-@pytest.mark.parametrize("name", UNITS)
+@pytest.mark.parametrize("name", CIRCUITS)
 def test_a_visit_to_the_lowered_end_does_no_harm_to_a_position_that_is_known(name):
     unit = UNITS[name]
     stroke = unit.cylinder.stroke
