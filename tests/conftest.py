@@ -5,7 +5,7 @@ import importlib
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -113,6 +113,22 @@ def units() -> dict[str, Any]:
 def boom(units: dict[str, Any]) -> Any:
     """The loader's boom."""
     return units["boom"]
+
+
+@pytest.fixture(scope="module")
+def logs() -> dict[str, Any]:
+    """What both drives of the mining loader report of two lifts; before the second one the bucket is rolled back."""
+    from ramsight.duty.linked_duty import simulate_linked, unit_run
+    from ramsight.duty.loading import lifting
+    from ramsight.duty.profile import Profile
+    from ramsight.plant.linked import build_linked
+
+    linked = build_linked(ramsight.load_machine("mining-loader"))
+    duty = lifting(linked, [3000.0, 6000.0])
+    begins = duty.phases[2][1]
+    roll = Profile([0.0, begins - 1.6, begins - 1.4, begins - 1.0, begins - 0.8], [0.0, 0.0, -120.0, -120.0, 0.0])
+    run = simulate_linked(linked, replace(duty, motor_speed=duty.motor_speed | {"bucket": roll}))
+    return {name: ramsight.drive_report(unit_run(run, name)) for name in ("boom", "bucket")}
 
 
 @pytest.fixture(autouse=True)

@@ -3,7 +3,6 @@
 import json
 import math
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,11 +18,7 @@ from ramsight.deploy.encoder.objects import QUALITIES as ON_THE_BUS
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_weighing import golden_weighing
 from ramsight.deploy.weighing_words import WeighedAs
-from ramsight.duty.linked_duty import simulate_linked, unit_run
-from ramsight.duty.loading import lifting
-from ramsight.duty.profile import Profile
 from ramsight.normal import TWO_SIDED_95
-from ramsight.plant.linked import build_linked
 from ramsight.tool.force_scale import TERMS, Scale, described_scale
 from ramsight.tool.weighing_events import Quality
 from ramsight.tool.weighing_tally import Tally
@@ -163,17 +158,6 @@ def runner():
 
 
 # The FMU
-
-
-@pytest.fixture(scope="module")
-def logs():
-    """Two lifts; before the second one the bucket is rolled back."""
-    linked = build_linked(LOADER)
-    duty = lifting(linked, [3000.0, 6000.0])
-    begins = duty.phases[2][1]
-    roll = Profile([0.0, begins - 1.6, begins - 1.4, begins - 1.0, begins - 0.8], [0.0, 0.0, -120.0, -120.0, 0.0])
-    run = simulate_linked(linked, replace(duty, motor_speed=duty.motor_speed | {"bucket": roll}))
-    return {name: ramsight.drive_report(unit_run(run, name)) for name in ("boom", "bucket")}
 
 
 @needs_compiler

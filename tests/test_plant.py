@@ -185,14 +185,6 @@ def test_friction_of_a_sliding_piston_is_the_law_without_its_hump(shares, scale,
     assert sliding_friction(speed, 3000.0, 17000.0) == pytest.approx(whole, rel=1e-9)
 
 
-@given(speed=st.floats(-400.0, 400.0), rise=st.floats(-250e5, 250e5), viscosity=st.floats(5e-6, 1e-3))
-def test_a_pump_never_creates_power(speed, rise, viscosity):
-    pump = UNITS["boom"].a.pump
-    shaft = float(pump.torque(speed, rise)) * speed
-    hydraulic = float(pump.flow(speed, rise, viscosity, 872.0)) * rise
-    assert shaft - hydraulic >= -1e-6 * (abs(shaft) + abs(hydraulic))
-
-
 def test_a_temperature_that_changes_is_held_in_small_pieces():
     duty = Duty(constant(0.0), constant(1e5), Profile([0.0, 10.0], [300.0, 310.0]), 0.1, end=10.0)
     segments = duty.segments(np.zeros(3), ("other", "oil_temperature", "another"))

@@ -12,7 +12,7 @@ from ramsight.plant.valve import Orifice
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
-from .plant_bench import CIRCUITS, UNITS, table_of
+from .plant_bench import CIRCUITS, UNITS, tabulated
 from .sensor_bench import Stepped, cycle, lowered, moves
 
 BAND = 1.96
@@ -50,14 +50,12 @@ def mapped_pumps(unit, change):
     return unit.mapped(lambda part: change(part) if isinstance(part, Pump) else part)
 
 
-def tabulated(pump):
-    laws = table_of(pump)
-    spoilt = tuple(tuple(tuple(0.96 * value for value in row) for row in rows) for rows in laws.volumetric)
-    return replace(pump, table=replace(laws, volumetric=spoilt))
+def spoilt(pump):
+    return tabulated(pump, lambda value: 0.96 * value)
 
 
 OPTIONS = {
-    "a loss table": lambda unit: mapped_pumps(unit, tabulated),
+    "a loss table": lambda unit: mapped_pumps(unit, spoilt),
     "viscosity under pressure": lambda unit: replace(unit, oil=replace(unit.oil, pressure_viscosity=1.8e-8)),
     "seals that leak": lambda unit: replace(unit, cylinder=replace(unit.cylinder, seal_leak=5e-18)),
     "seals that press": lambda unit: replace(unit, cylinder=replace(unit.cylinder, pressure_friction=0.05)),
