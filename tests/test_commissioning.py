@@ -260,6 +260,7 @@ def test_the_worst_finding_is_the_verdict():
     assert whole(Verdict.LOOK_TWICE, Verdict.FAILED, Verdict.PASSED) is Verdict.FAILED
 
 
+@pytest.mark.slow
 def test_the_verb_writes_one_page_to_sign_and_its_exit_code_tells(boom, rehearsed, tmp_path):
     log, _ = rehearsed
     write_log(log, tmp_path / "log.csv.gz")

@@ -49,6 +49,7 @@ def test_a_value_goes_no_further_than_a_description_may(run):
     with_values(RIG, "axis", {give.key: give.at(float(far[0]))})
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
 def test_no_interval_holds_what_cannot_be(run):
     bore = RIG.unit("axis").cylinder.bore

@@ -45,7 +45,7 @@ def test_the_recorded_leak_test_gives_the_machines_leak_factor(trace):
     assert [float(number) for number in stated.groups()] == pytest.approx([found.factor, 1.96 * found.std], abs=6e-4)
 
 
-@pytest.mark.parametrize("factor", [0.75, 1.0, 1.25, 1.6])
+@pytest.mark.parametrize("factor", [0.75, 1.0, pytest.param(1.25, marks=pytest.mark.slow), 1.6])
 @pytest.mark.parametrize(("name", "load"), [("boom", 441e3), ("bucket", 150e3)])
 @pytest.mark.parametrize("celsius", [15.0, pytest.param(40.0, marks=pytest.mark.slow), 55.0])
 def test_known_wear_is_found(name, load, factor, celsius):

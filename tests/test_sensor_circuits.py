@@ -63,7 +63,12 @@ OPTIONS = {
 }
 
 
-@pytest.mark.parametrize("option", OPTIONS)
+QUICK = ("a loss table", "seals that press")
+
+
+@pytest.mark.parametrize(
+    "option", [pytest.param(one, marks=() if one in QUICK else pytest.mark.slow) for one in OPTIONS]
+)
 def test_an_option_that_is_described_is_in_the_sensor_as_it_is_in_the_plant(option):
     unit = OPTIONS[option](BOOM)
     run, log = cycle(unit)

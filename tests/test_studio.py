@@ -641,6 +641,7 @@ def served_with_patience(monkeypatch):
     thread.join()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sent", "answer"),
     [
@@ -851,6 +852,7 @@ def test_what_follows_is_what_the_verb_says(tmp_path):
 # -- logs
 
 
+@pytest.mark.slow
 def test_a_log_is_proposed_a_map_and_tracked_with_the_figures_of_the_verb(tmp_path):
     log, truth = TRACES / "boom_441kN_40C.csv.gz", TRACES / "boom_441kN_40C_truth.csv.gz"
     found = told(propose, str(log))["proposed"]
