@@ -45,3 +45,14 @@ def at_once(*arguments, cwd=None):
             if sys.modules.get(name) is None:
                 sys.modules.pop(name, None)
     return subprocess.CompletedProcess(words, code, out.getvalue(), err.getvalue())
+
+
+def refused(done, *words):
+    """Assert that a command was refused in one line, which has these words."""
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    lines = [line for line in done.stderr.strip().splitlines() if not line.endswith(" s so far")]  # of a busy machine
+    assert len(lines) == 1, done.stderr
+    assert "Traceback" not in done.stderr
+    for word in words:
+        assert word in done.stderr

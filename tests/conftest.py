@@ -5,7 +5,7 @@ import importlib
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -34,13 +34,14 @@ settings.load_profile("ramsight")
 # Files that take a core for more than 20 s, the longest first: a worker that is given one at the end works alone.
 LONG = (
     "studio_browser", "studio_visits", "export_platforms", "paper", "docs_tutorials", "studio", "docs_run",
-    "loader_verb", "export_further", "export", "assumptions", "identify_circuits", "balance",
+    "loader_verb", "export_further", "export", "assumptions", "identify_circuits", "balance", "load_observer",
     "loader_in_service", "commissioning", "wrong_values", "identify", "opcua", "other_systems", "export_wasm",
     "fit_track", "export_control", "export_visits",
     "export_fmu", "export_profiles", "export_watch", "effects", "datasheet", "drive_check",
     "commissioning_changes", "export_ssp", "docs", "unit_control", "kalman", "imports",
     "sensor_circuits", "core_alone", "watch", "cli_machine", "encoder_beside", "export_power", "optimized",
-    "plant", "directional", "export_parameters", "export_page",
+    "plant", "directional", "export_parameters", "export_page", "encoder_weighing", "export_weighing", "hindsight",
+    "encoder_bus", "control", "hypotheses", "encoder", "engine_graph", "mistakes", "contact", "leakage", "drive_check",
 )  # fmt: skip
 
 
@@ -112,6 +113,22 @@ def units() -> dict[str, Any]:
 def boom(units: dict[str, Any]) -> Any:
     """The loader's boom."""
     return units["boom"]
+
+
+@pytest.fixture(scope="module")
+def logs() -> dict[str, Any]:
+    """What both drives of the mining loader report of two lifts; before the second one the bucket is rolled back."""
+    from ramsight.duty.linked_duty import simulate_linked, unit_run
+    from ramsight.duty.loading import lifting
+    from ramsight.duty.profile import Profile
+    from ramsight.plant.linked import build_linked
+
+    linked = build_linked(ramsight.load_machine("mining-loader"))
+    duty = lifting(linked, [3000.0, 6000.0])
+    begins = duty.phases[2][1]
+    roll = Profile([0.0, begins - 1.6, begins - 1.4, begins - 1.0, begins - 0.8], [0.0, 0.0, -120.0, -120.0, 0.0])
+    run = simulate_linked(linked, replace(duty, motor_speed=duty.motor_speed | {"bucket": roll}))
+    return {name: ramsight.drive_report(unit_run(run, name)) for name in ("boom", "bucket")}
 
 
 @pytest.fixture(autouse=True)

@@ -15,10 +15,14 @@ import numpy as np
 from ramsight.calibration import identify as identification
 from ramsight.deploy import c_sensor
 from ramsight.sensor import kalman as pipe
+from ramsight.sensor import machine_model
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.circuit import relief
 from ramsight.sensor.kind import KINDS
 
 _GRAPHS, _SOURCES, _FOUND = 24, 12, 12  # that are kept; a graph takes about 10 MB
 _make, _write, _find = pipe.kalman, c_sensor.sensor_source, identification.identify
+_fill = machine_model.delivers
 _made = lru_cache(maxsize=_GRAPHS)(_make)
 
 
@@ -47,6 +51,18 @@ class _Of:
 
     def __hash__(self):
         return hash(self.key)
+
+
+@lru_cache(maxsize=256)
+def _filled(of, node, way):
+    return _fill(*of.parts, node, way)
+
+
+@wraps(_fill)
+def _delivers(balance, node, way):
+    """What a pump presses oil into is a matter of the circuit, whatever is assumed of it."""
+    circuit = replace(balance.unit, assumptions=Assumptions(), requirement=None)
+    return _once(_filled)(_Of(circuit, balance), node, way)
 
 
 @lru_cache(maxsize=_SOURCES)
@@ -89,6 +105,7 @@ def _identify(unit, log, truth, *, advance=None):
 def share():
     """Let all that is imported from now on share them."""
     pipe.kalman, c_sensor.sensor_source, identification.identify = _kalman, _sensor_source, _identify
+    machine_model.delivers = relief.delivers = _delivers
 
 
 @contextmanager

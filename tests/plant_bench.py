@@ -9,6 +9,7 @@ from pkgutil import iter_modules
 
 import casadi as ca
 import numpy as np
+import pytest
 
 import ramsight.plant
 from ramsight import machine
@@ -52,6 +53,15 @@ def table_of(pump, pressures=(50e5, 150e5, 300e5), speeds=(20.0, 150.0, 420.0), 
 
 
 TABULATED = replace(PUMP, table=table_of(PUMP))
+
+
+def tabulated(pump, change):
+    """A pump by a table, each of whose volumetric efficiencies is changed."""
+    laws = table_of(pump)
+    other = tuple(tuple(tuple(change(value) for value in row) for row in rows) for rows in laws.volumetric)
+    return replace(pump, table=replace(laws, volumetric=other))
+
+
 HOSE = Hose("hose", "in", "out", 2e-3, 3.0, 32e-3, 0.6e9)
 CYLINDER = Cylinder(
     "cylinder", "in", "out", 25335e-6, 15439e-6, 0.7, 5e-4, 5e-4, 4000.0, 3000.0, 4200.0, 17000.0, 3e-4, 5e8, 2.0, 1.0
@@ -133,6 +143,9 @@ UNITS = {
     for name in ("mining-loader", "eha-test-bench", "eha-single-rod", "press", "forklift-mast")
     for unit, described in machine.load_machine(name).units.items()
 }
+#: to parametrize tests with that take a second each: of every circuit the slow tests run all
+FEW = ("mining-loader boom", "eha-single-rod axis", "forklift-mast lift")
+CIRCUITS = [pytest.param(name, marks=() if name in FEW else pytest.mark.slow) for name in UNITS]
 #: whole circuits, with all options of the oil, obey the same balances
 WHOLE = {
     **UNITS,

@@ -105,7 +105,13 @@ ONLY_SIMULATED = "absolute_position.every"
 SMALL = (Kind.DESCRIBED, Kind.UNKNOWN_POSITION)
 
 
-@pytest.mark.parametrize("path", [path for path in FIELDS if path != ONLY_SIMULATED])
+FIRST = {path.partition(".")[0]: path for path in reversed(FIELDS)}.values()
+
+
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=() if path in FIRST else pytest.mark.slow) for path in FIELDS if path != ONLY_SIMULATED],
+)
 def test_a_declared_value_changes_the_sensor(path):
     # Sensors of pressure and of the link's angle are taken where their noise is declared.
     beside = {"pressure.std": '"5 bar"'} if path == "pressure.lag" else {}

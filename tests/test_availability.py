@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ramsight.sensor.status import Status
@@ -46,43 +46,23 @@ def test_an_unknown_bound_is_within_no_limit():
     assert counted.share == 0.0
 
 
-def test_what_is_over_before_the_time_to_alert_is_no_alert():
-    counted = Availability(5e-3, 1.0)
-    counted.append(a_track([1e-3, 9e-3, 9e-3, 1e-3] * 5))
-    assert counted.alerts == 0
-    assert counted.longest == pytest.approx(0.2)
-
-
-def test_an_outage_is_one_alert_however_many_pieces_it_lasts():
-    counted = Availability(5e-3, 0.25)
-    for k in range(4):
-        counted.append(a_track([9e-3, 9e-3, 9e-3, 9e-3], begin=0.4 * k))
-    assert counted.alerts == 1
-    assert counted.longest == pytest.approx(1.5)
-
-
-def test_every_outage_is_an_alert_of_its_own():
-    counted = Availability(5e-3, 0.25)
-    counted.append(a_track([1e-3, 9e-3, 9e-3, 9e-3, 9e-3] * 3))
-    assert counted.alerts == 3
-
-
-def alerts_by_hand(usable, time_to_alert):
-    """Stretches of samples that are not usable and last longer; a stretch ends with the first usable one."""
+def outages_by_hand(usable):
+    """How long each stretch of samples that are not usable lasts; a stretch ends with the first usable one."""
     runs = "".join("1" if one else "0" for one in usable).split("1")
-    ends = [len(run) * PERIOD for run in runs[:-1]] + [(len(runs[-1]) - 1) * PERIOD]
-    return sum(lasts > time_to_alert for run, lasts in zip(runs, ends, strict=True) if run)
+    lengths = [len(run) for run in runs[:-1]] + [max(len(runs[-1]) - 1, 0)]
+    return [PERIOD * length for length, run in zip(lengths, runs, strict=True) if run]
 
 
-@given(usable=st.lists(st.booleans(), min_size=2, max_size=60), cut=st.integers(1, 59))
+@given(usable=st.lists(st.booleans(), min_size=2, max_size=60), cuts=st.sets(st.integers(1, 59), max_size=4))
+@example(usable=[False] * 16, cuts={4, 8, 12})
+@example(usable=[True, *[False] * 4] * 3, cuts={7})
 @settings(max_examples=60)
-def test_pieces_count_as_the_whole(usable, cut):
-    bounds = np.where(usable, 1e-3, 9e-3)
-    whole, pieces = Availability(5e-3, 0.35), Availability(5e-3, 0.35)
-    whole.append(a_track(bounds))
-    pieces.append(a_track(bounds[:cut]))
-    if cut < len(bounds):
-        pieces.append(a_track(bounds[cut:], begin=PERIOD * cut))
-    assert pieces.share == whole.share
-    assert pieces.alerts == whole.alerts == alerts_by_hand(usable, 0.35)
-    assert pieces.longest == pytest.approx(whole.longest)
+def test_outages_are_counted_whatever_the_pieces(usable, cuts):
+    bounds, counted, begin = np.where(usable, 1e-3, 9e-3), Availability(5e-3, 0.35), 0
+    for end in [*sorted(cut for cut in cuts if cut < len(usable)), len(usable)]:
+        counted.append(a_track(bounds[begin:end], begin=PERIOD * begin))
+        begin = end
+    outages = outages_by_hand(usable)
+    assert counted.share == pytest.approx(np.mean(usable))
+    assert counted.alerts == sum(lasts > 0.35 for lasts in outages)
+    assert counted.longest == pytest.approx(max(outages, default=0.0))

@@ -21,7 +21,7 @@ from ramsight.plant.pump import Pump
 from ramsight.plant.unit import pumped_into, side_nodes
 from ramsight.plant.valve import Orifice, ReliefValve
 
-from .plant_bench import UNITS, table_of
+from .plant_bench import CIRCUITS, UNITS, tabulated
 
 WARM = 313.15
 
@@ -145,7 +145,7 @@ def converged(unit, z0, speed, load, h=0.02, **more):
     return (step, z) if np.abs((z - again) / sizes(unit)).max() < 1e-9 else None
 
 
-@pytest.fixture(params=list(UNITS), scope="module")
+@pytest.fixture(params=CIRCUITS, scope="module")
 def unit(request):
     return UNITS[request.param]
 
@@ -494,12 +494,8 @@ class Drain:
         circuit.loss(self.name, flow * difference)
 
 
-def tabulated(part):
-    if not isinstance(part, Pump):
-        return part
-    laws = table_of(part)
-    spoilt = tuple(tuple(tuple(0.98 * value for value in row) for row in rows) for rows in laws.volumetric)
-    return replace(part, table=replace(laws, volumetric=spoilt))
+def spoilt(part):
+    return tabulated(part, lambda value: 0.98 * value) if isinstance(part, Pump) else part
 
 
 def with_part(unit, part):
@@ -529,7 +525,7 @@ def airy(unit, air=0.01):
 
 
 OPTIONS = {
-    "a loss table": lambda unit: unit.mapped(tabulated),
+    "a loss table": lambda unit: unit.mapped(spoilt),
     "leakage that grows like an orifice's": each(Pump, orifice_leak=2e-9),
     "viscosity under pressure": lambda unit: replace(unit, oil=replace(unit.oil, pressure_viscosity=1.8e-8)),
     "seals that leak": lambda unit: replace(unit, cylinder=replace(unit.cylinder, seal_leak=2e-18 * 32e-6 * 1e5)),

@@ -10,18 +10,9 @@ import xarray
 
 from ramsight.logs import read_truth
 
-from .command import as_command, at_once
+from .command import as_command, at_once, refused
 
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n"
-
-
-def refused(done, *words):
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert "Traceback" not in done.stderr
-    for word in words:
-        assert word in done.stderr
 
 
 @pytest.fixture(scope="module")

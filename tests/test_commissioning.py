@@ -89,6 +89,7 @@ def test_a_log_without_leak_test_and_stops_is_not_enough(boom):
     assert "ramsight simulate --duty leak-test" in done.text
 
 
+@pytest.mark.slow
 def test_a_machine_far_from_its_data_sheet_is_worth_a_second_look(boom):
     far = ramsight.AsBuilt(leak=1.6, displacement=0.979)
     run = ramsight.simulate(boom, "commissioning", as_built=far)
@@ -194,7 +195,11 @@ def test_a_visit_to_an_empty_chamber_is_one_though_noise_looks_like_letting_go(b
 
 
 @pytest.mark.parametrize(
-    ("name", "changes"), [("forklift-mast", {"units.lift.cylinder.bore": "60 mm"}), ("eha-test-bench", {})]
+    ("name", "changes"),
+    [
+        ("forklift-mast", {"units.lift.cylinder.bore": "60 mm"}),
+        pytest.param("eha-test-bench", {}, marks=pytest.mark.slow),
+    ],
 )
 def test_a_rehearsal_of_a_machine_as_described_is_commissioned_at_its_ends(name, changes):
     """Of a mast whose chamber empties on its lower end, and of a short cylinder that the pump presses for a minute."""
@@ -255,6 +260,7 @@ def test_the_worst_finding_is_the_verdict():
     assert whole(Verdict.LOOK_TWICE, Verdict.FAILED, Verdict.PASSED) is Verdict.FAILED
 
 
+@pytest.mark.slow
 def test_the_verb_writes_one_page_to_sign_and_its_exit_code_tells(boom, rehearsed, tmp_path):
     log, _ = rehearsed
     write_log(log, tmp_path / "log.csv.gz")

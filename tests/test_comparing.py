@@ -156,6 +156,7 @@ def test_the_command_line_compares(tmp_path, recorded):
     assert over.exit_code != 0, "an input is never written over"
 
 
+@pytest.mark.slow
 def test_in_hindsight_an_offset_is_seen_where_it_begins_and_the_right_one_is_named(tmp_path):
     log, truth = (TRACES / f"bucket_hot{end}.csv.gz" for end in ("", "_truth"))
     true = read_truth(truth)

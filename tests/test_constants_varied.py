@@ -70,11 +70,13 @@ def test_no_constant_is_without_effect(script):
         assert fails or (name in found and script.moves(found[name])), name
 
 
+@pytest.mark.slow
 def test_a_constant_s_own_test_fails_with_another_one(script):
     row = {"test": script.tests()["RATE_MEMORY"], "times": True, "over": True}
     assert list(script.tested(["RATE_MEMORY"], 1)) == [("RATE_MEMORY", row)]
 
 
+@pytest.mark.slow
 def test_a_test_that_is_not_there_is_named(script):
     name = "test_constants.py::test_nothing"
     with pytest.raises(SystemExit, match=name):

@@ -190,6 +190,7 @@ for call in (
 """
 
 
+@pytest.mark.slow
 def test_python_says_the_same(folder):
     command = [sys.executable, "-c", PYTHON, str(DAY)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)

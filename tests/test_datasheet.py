@@ -332,6 +332,7 @@ ramsight.Study("mining-loader", "lift-lower", unit="boom", machines=5).run(sys.a
 """
 
 
+@pytest.mark.slow
 @pytest.mark.posix
 def test_a_study_that_was_killed_goes_on_and_gives_the_same_to_the_last_bit(study, found, tmp_path, monkeypatch):
     path = tmp_path / "store"

@@ -41,12 +41,6 @@ MAKES_ITS_MACHINE = ("docs/reference/commands.md",)
 OF_DAYS = {"docs/how-to/identify.md": {"position.csv": "boom_asbuilt1_workday_truth.csv.gz"}}
 
 
-@pytest.fixture(autouse=True)
-def wide(monkeypatch):
-    """A page shows what goes into a pipe; a worker of the tests has the columns of its terminal."""
-    monkeypatch.delenv("COLUMNS", raising=False)
-
-
 def commands(block):
     """The commands of a shell block, lines joined, comments gone."""
     for line in block.text.replace("\\\n", " ").splitlines():

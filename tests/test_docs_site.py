@@ -67,6 +67,7 @@ def test_a_table_or_an_output_that_is_too_wide_is_seen(check, tmp_path):
     assert [line.partition(":")[0] for line in found] == ["page.html", "wide.html"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_chromium")
 def test_a_picture_that_is_missing_in_the_dark_theme_is_seen(check, tmp_path):
     dark = (ROOT / "docs" / "_static" / "dark.css").read_text(encoding="utf-8")

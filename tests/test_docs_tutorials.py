@@ -11,8 +11,11 @@ import pytest
 from .shown import ROOT, SAVED, alike, blocks
 
 TUTORIALS = sorted(page.stem for page in (ROOT / "docs" / "tutorials").glob("*.md") if page.stem != "index")
-SLOW = {"commissioning-at-your-desk", "onto-can", "into-c", "is-my-pump-wearing", "weigh-what-you-lift"}
-"""Those that take more than ten seconds of processor time, or play a log in real time."""
+SLOW = {
+    "commissioning-at-your-desk", "first-position", "into-c", "is-my-pump-wearing", "onto-can", "weigh-what-you-lift",
+    "your-machine",
+}  # fmt: skip
+"""Those that take seconds of processor time, or play a log in real time."""
 NEEDS = {"onto-can": "can", "into-c": "cc"}
 TRIES = {"onto-can": 8}
 """Of what plays a log in real time: a computer that is busy with others loses frames, and the sensor its place."""

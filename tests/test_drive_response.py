@@ -146,6 +146,7 @@ def test_a_report_that_is_lost_is_no_sample_of_the_sensor():
     assert all(record.reported[k].time == run.time[k] for k in arrived)
 
 
+@pytest.mark.slow
 def test_the_record_of_a_servo_has_its_command_and_the_report_its_speed():
     slow = replace(BOOM, drive=ServoDrive("drive", 0.008, 0.8, 16.0, 90.0))
     run = loop(DriveResponse(), slow)

@@ -17,7 +17,6 @@ from canopen.sdo.base import SdoVariable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evaluation.page_tables import fault_table, object_table
 from ramsight import machine
 from ramsight.deploy.encoder import Frame, Settings, encoder_for
 from ramsight.deploy.encoder.alarms import OF_STATUS, Fault
@@ -995,12 +994,6 @@ def test_no_position_is_valid_and_wrong_after_a_computer_that_slept_while_the_ma
 def test_a_drive_that_cannot_be_is_refused(options, says):
     with pytest.raises(DescriptionError, match=says):
         drive_map(DRIVE, **options)
-
-
-def test_the_page_has_the_tables_of_the_code():
-    page = (ROOT / "docs" / "reference" / "encoder.md").read_text(encoding="utf-8")
-    assert object_table() in page
-    assert fault_table() in page
 
 
 def test_the_page_quotes_what_was_measured():

@@ -51,7 +51,7 @@ class Buses:
             bus.shutdown()
 
 
-@pytest.fixture(params=["virtual", "udp_multicast"])
+@pytest.fixture(params=["virtual", pytest.param("udp_multicast", marks=pytest.mark.slow)])
 def buses(request):
     found = Buses(request.param)
     try:
@@ -257,6 +257,7 @@ def test_a_bus_that_is_off_is_tried_again():
     assert bus.calls == 3
 
 
+@pytest.mark.slow
 def test_the_verb_serves_a_bus_until_it_is_told_to_stop(tmp_path):
     eds = tmp_path / "boom.eds"
     verb = ["encoder", "mining-loader", "--unit", "boom", "--interface", "virtual", "--channel", "test",

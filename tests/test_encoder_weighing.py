@@ -47,10 +47,10 @@ def log():
     return ramsight.drive_report(unit_run(simulate_linked(linked, lifting(linked, MASSES)), "boom"))
 
 
-def device(tmp_path, **how):
-    (tmp_path / "map.toml").write_text(played_map(DRIVE, WARM, RATED))
+def device(folder, **how):
+    (folder / "map.toml").write_text(played_map(DRIVE, WARM, RATED))
     weigher = weigher_for("mining-loader", at={"bucket": "250 mm"}, **how)
-    return encoder_for(boom(), load_map(tmp_path / "map.toml"), Settings(NODE, DRIVE), weigher=weigher)
+    return encoder_for(boom(), load_map(folder / "map.toml"), Settings(NODE, DRIVE), weigher=weigher)
 
 
 def work(bus, log, preset=True):
@@ -65,9 +65,9 @@ def work(bus, log, preset=True):
     return seen
 
 
-@pytest.fixture
-def worked(tmp_path, log):
-    bus = Master(device(tmp_path))
+@pytest.fixture(scope="module")
+def worked(tmp_path_factory, log):
+    bus = Master(device(tmp_path_factory.mktemp("worked")))
     return bus, work(bus, log)
 
 
@@ -197,6 +197,7 @@ def verb(monkeypatch):
     return run
 
 
+@pytest.mark.slow
 def test_the_verb_weighs_with_the_scale_that_known_masses_teach(verb, tmp_path):
     linked = build_linked(machine.load_machine("mining-loader"))
     wrong = ramsight.drive_report(unit_run(simulate_linked(linked, lifting(linked, [5000.0])), "boom"))
@@ -224,7 +225,6 @@ def test_the_verb_of_a_unit_that_lifts_nothing_weighs_nothing(verb):
 
 def test_a_sample_that_ends_a_lift_leaves_the_bus_its_turn(tmp_path, log):
     """By the time of this thread, the best of three: other programs run as well."""
-    longest = []
     for k in range(3):
         (tmp_path / str(k)).mkdir()
         node = device(tmp_path / str(k))
@@ -237,5 +237,6 @@ def test_a_sample_that_ends_a_lift_leaves_the_bus_its_turn(tmp_path, log):
 
         node.weighings._weigher.step = timed
         assert [one["count"] for one in work(Master(node), log)] == [1, 2]
-        longest.append(max(took))
-    assert min(longest) < 2e-3
+        if max(took) < 2e-3:
+            break
+    assert max(took) < 2e-3

@@ -54,7 +54,7 @@ pytestmark = pytest.mark.skipif(COMPILER is None, reason="there is no C compiler
 LOADER = machine.load_machine("mining-loader")
 
 
-@pytest.fixture(scope="module", params=["boom", "bucket"])
+@pytest.fixture(scope="module", params=["boom", pytest.param("bucket", marks=pytest.mark.slow)])
 def exported(request):
     """Sensor, C and a day with faults: its rows, its start, and what Python says of it."""
     unit = build_ddh(request.param, LOADER.unit(request.param))
@@ -357,6 +357,7 @@ def test_an_erased_slot_takes_the_position_with_it(slots, filler):
     assert slots.c.ramsight_boom_resume(slots.sensor, 7, slots.slots[0], None) == OLDER
 
 
+@pytest.mark.slow
 def test_every_damaged_bit_is_noticed(slots):
     slots.begin()
     for place in (0, 1):
@@ -385,6 +386,7 @@ def test_a_state_that_cannot_be_is_not_resumed_even_with_a_good_checksum(slots, 
         assert slots.resume() == (OLDER if place == 0 else NOTHING)
 
 
+@pytest.mark.slow
 def test_the_same_machine_gives_the_same_bytes(tmp_path):
     press = machine.load_machine("press")
     one = write_sensor(press, "ram", tmp_path / "one", compiler="")

@@ -54,6 +54,7 @@ def compiles_for_32_bits(folder):
     return True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("word", ["-m64", "-m32"])
 @pytest.mark.parametrize("dialect", ["c99", "c++11"])
 def test_every_source_compiles_without_a_warning(folder, tmp_path, dialect, word):

@@ -37,14 +37,16 @@ NAMES = ["mining-loader boom", "press ram", "forklift-mast lift", "mining-loader
 DT, WARM = 0.02, 313.15
 
 
-@pytest.fixture(scope="module", params=NAMES)
+@pytest.fixture(scope="module", params=[*NAMES[:3], pytest.param(NAMES[3], marks=pytest.mark.slow)])
 def built(request):
     unit = UNITS[request.param]
     return unit, ControlOptions().block(unit)
 
 
 @pytest.mark.parametrize(
-    ("built", "known"), [*((name, True) for name in NAMES), ("press ram", False)], indirect=["built"]
+    ("built", "known"),
+    [*((name, True) for name in NAMES[:3]), pytest.param(NAMES[3], True, marks=pytest.mark.slow), ("press ram", False)],
+    indirect=["built"],
 )
 def test_both_ends_are_homed(built, known):
     unit, block = built

@@ -93,6 +93,7 @@ def compared(exported, trace):
     return np.nanmax(np.abs(found[:, 0] - expected[:, 0]))
 
 
+@pytest.mark.slow
 @needs_zig
 def test_the_command_writes_a_small_module_that_runs_its_golden_samples(tmp_path):
     out = tmp_path / "boom-wasm"
@@ -110,6 +111,7 @@ def test_the_command_writes_a_small_module_that_runs_its_golden_samples(tmp_path
     assert "/** [m] lower end of the 95 % band */\n  positionLow: number;" in types
 
 
+@pytest.mark.slow
 @needs_zig
 @needs_node
 def test_the_module_asks_nothing_of_its_host_and_says_each_status_in_the_words_of_the_sensor(exported):
@@ -126,6 +128,7 @@ def test_the_module_asks_nothing_of_its_host_and_says_each_status_in_the_words_o
     assert said["status"] == {str(int(one)): [one.validity, one.text] for one in Status}
 
 
+@pytest.mark.slow
 @needs_zig
 @needs_node
 def test_golden_samples_that_differ_fail(exported, tmp_path):
@@ -138,6 +141,7 @@ def test_golden_samples_that_differ_fail(exported, tmp_path):
     assert "FAILED" in done.stdout
 
 
+@pytest.mark.slow
 @needs_zig
 @needs_node
 @pytest.mark.parametrize("name", ["boom_asbuilt1_workday", "bucket_162kN_40C"])
@@ -145,6 +149,7 @@ def test_a_recorded_log_gives_what_python_gives(exported, trace, name):
     assert compared(exported, trace(name)) <= 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.slow
 @needs_zig
 @needs_node

@@ -65,7 +65,7 @@ def test_a_late_drive_is_reckoned_with(name, unit):
     assert ACTIVITIES[int(said[-1, 1])] is Activity.RESTING
 
 
-@pytest.mark.parametrize("unit", [BOOM, RAM, BUCKET], ids=lambda unit: unit.name)
+@pytest.mark.parametrize("unit", [BOOM, RAM, pytest.param(BUCKET, marks=pytest.mark.slow)], ids=lambda unit: unit.name)
 def test_a_drive_at_its_torque_limit_is_waited_for_and_may_stall_against_a_stop(unit):
     unit = limited(unit)
     block = made(unit)

@@ -3,7 +3,6 @@
 import json
 import math
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,11 +18,7 @@ from ramsight.deploy.encoder.objects import QUALITIES as ON_THE_BUS
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_weighing import golden_weighing
 from ramsight.deploy.weighing_words import WeighedAs
-from ramsight.duty.linked_duty import simulate_linked, unit_run
-from ramsight.duty.loading import lifting
-from ramsight.duty.profile import Profile
 from ramsight.normal import TWO_SIDED_95
-from ramsight.plant.linked import build_linked
 from ramsight.tool.force_scale import TERMS, Scale, described_scale
 from ramsight.tool.weighing_events import Quality
 from ramsight.tool.weighing_tally import Tally
@@ -96,6 +91,7 @@ def test_a_weighing_that_is_another_fails(exported, tmp_path, before, after):
         golden_said(tmp_path)
 
 
+@pytest.mark.slow
 @needs_compiler
 @pytest.mark.parametrize("name", ["forklift-mast", "mining-loader-4t"])
 def test_other_machines_with_a_payload_do_so_too(tmp_path, name):
@@ -146,6 +142,7 @@ def test_a_weighing_that_cannot_be_is_refused(tmp_path, arguments, message):
         ramsight.export_c(**passed)
 
 
+@pytest.mark.slow
 def test_the_verb_writes_a_weighing(tmp_path, runner):
     done = runner.invoke(app, ["export", "c", "mining-loader", "--unit", "boom", "--weighing", "--out", str(tmp_path)])
     assert done.exit_code == 0, done.output
@@ -163,19 +160,8 @@ def runner():
 # The FMU
 
 
-@pytest.fixture(scope="module")
-def logs():
-    """Two lifts; before the second one the bucket is rolled back."""
-    linked = build_linked(LOADER)
-    duty = lifting(linked, [3000.0, 6000.0])
-    begins = duty.phases[2][1]
-    roll = Profile([0.0, begins - 1.6, begins - 1.4, begins - 1.0, begins - 0.8], [0.0, 0.0, -120.0, -120.0, 0.0])
-    run = simulate_linked(linked, replace(duty, motor_speed=duty.motor_speed | {"bucket": roll}))
-    return {name: ramsight.drive_report(unit_run(run, name)) for name in ("boom", "bucket")}
-
-
 @needs_compiler
-@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("fmi", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_an_fmu_weighs_what_the_live_weighing_of_both_sensors_weighs(tmp_path, logs, fmi):
     """On a slope and with a learned scale, by the boom's drive and what the bucket's sensor says."""
     pytest.importorskip("fmpy")

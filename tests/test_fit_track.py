@@ -49,6 +49,7 @@ def test_a_value_goes_no_further_than_a_description_may(run):
     with_values(RIG, "axis", {give.key: give.at(float(far[0]))})
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
 def test_no_interval_holds_what_cannot_be(run):
     bore = RIG.unit("axis").cylinder.bore
@@ -77,6 +78,7 @@ def softer():
     return [MeasuredRun(str(k), log, one[["position"]]) for k, (log, one) in enumerate(zip(logs, runs, strict=True))]
 
 
+@pytest.mark.slow
 def test_values_are_found_within_their_intervals(softer):
     shares = []
     found = fitting.fit_track(
@@ -124,6 +126,7 @@ def bent(softer):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
 def test_the_curve_of_a_position_sensor_is_told_from_a_hose_and_a_pump(bent):
     """It is the same both ways and under each load; the hose and the displacement are found in spite of it."""

@@ -39,10 +39,13 @@ def test_a_gap_that_a_motor_can_start_and_stop_in_has_rows(gap, rows):
     assert (np.diff(filled["time"].values) > 0.0).all()
 
 
-def test_a_log_with_a_slow_clock_has_no_gaps():
+def test_a_log_with_a_slow_clock_has_no_gaps_and_none_between_pieces():
     gaps = Gaps()
     assert len(gaps.filled(track(np.arange(10.0)))) == 10
     assert gaps.text == ""
+    assert len(gaps.filled(track(np.arange(10.0, 20.0)))) == 10, "a second, one period, is more than 0.5 s"
+    assert len(gaps.filled(track(np.arange(21.1, 30.0)))) == 11, "more than two periods"
+    assert gaps.count == 1
 
 
 def test_a_gap_between_pieces_is_one_too_and_a_clock_that_goes_back_is_none():
@@ -89,11 +92,3 @@ def test_the_farther_end_of_the_band_is_its_deviations_away_also_while_the_speed
     for end in (high - position, position - low):  # here no other hypothesis reaches farther to one side
         np.testing.assert_allclose(end[lost], TWO_SIDED_95 * std[lost], rtol=0, atol=1e-8)
     assert std[lost].max() > 3.0 * std[lost][0], "it grows by what nobody saw"
-
-
-def test_a_slow_clock_has_no_gap_between_pieces_either():
-    gaps = Gaps()
-    gaps.filled(track(np.arange(10.0)))
-    assert len(gaps.filled(track(np.arange(10.0, 20.0)))) == 10, "a second, one period, is more than 0.5 s"
-    assert len(gaps.filled(track(np.arange(21.1, 30.0)))) == 11, "more than two periods"
-    assert gaps.count == 1

@@ -505,6 +505,7 @@ def test_python_says_both(bucket):
         ramsight.track(built, name.with_suffix(".csv.gz"), start=0.1, sensor="balance", hindsight=True)
 
 
+@pytest.mark.slow
 def test_the_command_writes_both(tmp_path):
     log, out, figure = TRACES / "unknown" / "bucket_hot.csv.gz", tmp_path / "t.csv", tmp_path / "t.png"
     asked = ["track", "mining-loader", log, "--unit", "bucket", "--hindsight", "--out", out]

@@ -104,6 +104,7 @@ def test_a_heading_is_a_line(key, text):
         machine.loads(changed, "a.toml")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="only Linux says the peak so")
 def test_little_memory(tmp_path):
     """Each in a process of its own, which says its own peak; the command alone takes about 110 MiB.

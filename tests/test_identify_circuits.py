@@ -23,7 +23,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, side_nodes
 
-from .plant_bench import UNITS, table_of
+from .plant_bench import UNITS, tabulated
 
 pytestmark = pytest.mark.slow
 
@@ -102,10 +102,8 @@ def pumps(unit: Any, change: Any) -> Any:
     return unit.mapped(lambda part: change(part) if isinstance(part, Pump) else part)
 
 
-def tabulated(pump: Pump) -> Pump:
-    laws = table_of(pump)
-    more = tuple(tuple(tuple(1.0 - 1.3 * (1.0 - v) for v in row) for row in rows) for rows in laws.volumetric)
-    return replace(pump, table=replace(laws, volumetric=more))
+def leakier(pump: Pump) -> Pump:
+    return tabulated(pump, lambda value: 1.0 - 1.3 * (1.0 - value))
 
 
 def leak_of(unit: HydraulicUnit) -> float:
@@ -114,7 +112,7 @@ def leak_of(unit: HydraulicUnit) -> float:
 
 
 OPTIONS = {
-    "a loss table": lambda unit: pumps(unit, tabulated),
+    "a loss table": lambda unit: pumps(unit, leakier),
     "seal leakage": lambda unit: replace(
         unit, cylinder=replace(unit.cylinder, seal_leak=0.15 * leak_of(unit) * float(unit.oil.viscosity(313.15)))
     ),

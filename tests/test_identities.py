@@ -467,7 +467,7 @@ def test_wear_like_an_orifice_grows_with_the_root_of_pressure():
     speed=st.floats(-420.0, 420.0),
     rise=st.floats(-350e5, 350e5),
     viscosity=st.floats(5e-6, 2e-3),
-    which=st.sampled_from([PUMP, TABULATED, replace(PUMP, orifice_leak=5e-9)]),
+    which=st.sampled_from([PUMP, TABULATED, replace(PUMP, orifice_leak=5e-9), WHOLE["mining-loader boom"].a.pump]),
 )
 def test_a_pump_never_gives_more_than_it_takes(speed, rise, viscosity, which):
     shaft = float(which.torque(speed, rise, viscosity)) * speed

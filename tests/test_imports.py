@@ -306,6 +306,7 @@ with tempfile.TemporaryDirectory() as folder:
 """
 
 
+@pytest.mark.slow
 def test_an_exported_sensor_loads_nothing_of_the_control():
     root = Path(__file__).parents[1]
     done = subprocess.run([sys.executable, "-c", EXPORT], check=True, capture_output=True, text=True, cwd=root)

@@ -91,6 +91,7 @@ def test_stops_and_starts_teach_the_leakage_without_a_reference(tracked, name):
     assert (error <= 1.96 * track["position_std"].values).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "load"), [("boom", 441e3), ("bucket", 162e3)])
 def test_fifty_cycles_stay_within_five_millimetres(units, sensors, name, load):
     run = simulate(units[name], lift_lower(units[name], load, 313.15, cycles=50))
@@ -320,23 +321,24 @@ def test_an_input_that_cannot_be_is_named_at_once(sensors, channel, value, statu
     assert (faulty[AFTER] == status).all()
 
 
-def test_a_torque_that_stands_still_is_noticed(sensors):
-    def change(log):
-        log["motor_torque"].values[450:] = log["motor_torque"].values[450]
-        return log
+def frozen_torque(log):
+    log["motor_torque"].values[450:] = log["motor_torque"].values[450]
+    return log
 
+
+def frozen_time(log):
+    time = log["time"].values.copy()
+    time[AFTER] = time[AFTER.start - 1]
+    return log.assign_coords(time=time)
+
+
+@pytest.mark.parametrize(
+    ("change", "where", "status"),
+    [(frozen_torque, slice(500, None), Status.INPUT_STUCK), (frozen_time, AFTER, Status.TIME_FROZEN)],
+)
+def test_a_torque_and_time_that_stand_still_are_noticed(sensors, change, where, status):
     _, faulty = status_with(sensors["boom"], change)
-    assert (faulty[500:] == Status.INPUT_STUCK).all()
-
-
-def test_time_that_stands_still_or_goes_back_is_noticed(sensors):
-    def freeze(log):
-        time = log["time"].values.copy()
-        time[AFTER] = time[AFTER.start - 1]
-        return log.assign_coords(time=time)
-
-    _, faulty = status_with(sensors["boom"], freeze)
-    assert (faulty[AFTER] == Status.TIME_FROZEN).all()
+    assert (faulty[where] == status).all()
 
 
 @pytest.mark.parametrize("gap", [0.2, 5.0, 5000.0])

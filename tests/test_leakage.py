@@ -45,9 +45,9 @@ def test_the_recorded_leak_test_gives_the_machines_leak_factor(trace):
     assert [float(number) for number in stated.groups()] == pytest.approx([found.factor, 1.96 * found.std], abs=6e-4)
 
 
-@pytest.mark.parametrize("factor", [0.75, 1.0, 1.25, 1.6])
+@pytest.mark.parametrize("factor", [0.75, 1.0, pytest.param(1.25, marks=pytest.mark.slow), 1.6])
 @pytest.mark.parametrize(("name", "load"), [("boom", 441e3), ("bucket", 150e3)])
-@pytest.mark.parametrize("celsius", [15.0, 40.0, 55.0])
+@pytest.mark.parametrize("celsius", [15.0, pytest.param(40.0, marks=pytest.mark.slow), 55.0])
 def test_known_wear_is_found(name, load, factor, celsius):
     unit = UNITS[name]
     # Speeds that hold a half and four fifths of the load's pressure on the worn machine.
@@ -63,31 +63,23 @@ def test_known_wear_is_found(name, load, factor, celsius):
         assert found.factor == pytest.approx(factor, rel=0.02)
 
 
-def test_a_slow_lift_is_not_taken_for_a_leak_test():
+def test_a_log_without_a_leak_test_says_so_and_a_slow_lift_is_none(trace):
     unit = UNITS["boom"]
+    with pytest.raises(LeakTestError, match="no leak test"):
+        leak_test(unit, read_log(trace("boom_441kN_40C").log))
     # 30 kN take 12 bar: 60 and 90 rpm lift them, slowly.
     with pytest.raises(LeakTestError, match="slow lift"):
         leak_test(unit, log_of(unit, [(60, 4.0), (90, 4.0)], 30e3, 313.15))
 
 
-def test_a_log_without_a_leak_test_says_so(trace):
-    with pytest.raises(LeakTestError, match="no leak test"):
-        leak_test(UNITS["boom"], read_log(trace("boom_441kN_40C").log))
-
-
-def test_the_figure_per_kelvin_is_what_a_warmer_oil_would_have_made_of_it(trace):
+def test_the_figure_per_kelvin_is_what_a_warmer_oil_would_have_made_of_it_and_is_in_the_summary(trace):
     log = read_log(trace("boom_asbuilt1_leaktest").log)
     found = leak_test(UNITS["boom"], log)
     warmer = leak_test(UNITS["boom"], log.assign(oil_temperature=log["oil_temperature"] + 1.0))
     assert found.per_kelvin < -0.01  # a thinner oil leaks as much with less wear
     assert found.per_kelvin == pytest.approx(warmer.factor - found.factor, rel=0.05)
-
-
-def test_the_summary_says_what_the_figure_depends_on(trace):
-    text = leak_test_summary(leak_test(UNITS["boom"], read_log(trace("boom_asbuilt1_leaktest").log)))
-    assert "leak factor 1.1" in text
-    assert "60 rpm" in text
-    assert "100 rpm" in text
+    text = leak_test_summary(found)
+    assert all(said in text for said in ("leak factor 1.1", "60 rpm", "100 rpm")), text
 
 
 def test_a_log_with_names_of_its_own_takes_a_map(trace, tmp_path):

@@ -1,6 +1,6 @@
 """Weighings while a machine works: those of a log of the same samples, bit for bit."""
 
-from dataclasses import astuple, replace
+from dataclasses import astuple
 
 import numpy as np
 import pytest
@@ -10,7 +10,6 @@ from ramsight import machine
 from ramsight.api.live_weighing import weigher_for
 from ramsight.duty.linked_duty import simulate_linked, unit_run
 from ramsight.duty.loading import lifting
-from ramsight.duty.profile import Profile
 from ramsight.plant.linked import build_linked
 from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
 from ramsight.tool.weighing_events import Quality
@@ -18,16 +17,6 @@ from ramsight.tool.weighing_events import Quality
 LINKED = build_linked(machine.load_machine("mining-loader"))
 STARTS = {"boom": "70 mm", "bucket": "250 mm"}
 REPORTED = ("time", "motor_speed", "motor_torque", "oil_temperature")
-
-
-@pytest.fixture(scope="module")
-def logs():
-    """Two lifts; before the second one the bucket is rolled back."""
-    duty = lifting(LINKED, [3000.0, 6000.0])
-    begins = duty.phases[2][1]
-    roll = Profile([0.0, begins - 1.6, begins - 1.4, begins - 1.0, begins - 0.8], [0.0, 0.0, -120.0, -120.0, 0.0])
-    run = simulate_linked(LINKED, replace(duty, motor_speed=duty.motor_speed | {"bucket": roll}))
-    return {name: ramsight.drive_report(unit_run(run, name)) for name in STARTS}
 
 
 def worked(logs, names=("boom", "bucket"), **how):

@@ -32,16 +32,12 @@ def lateness(numbers, modulus=256, period=PERIOD, gap=(), jitter=0.0, of_sync=Fa
     return counted, late
 
 
-@pytest.mark.parametrize("modulus", [2, 16, 256])
-@pytest.mark.parametrize("jitter", [0.0, 0.015])
-def test_a_drive_that_counts_is_in_time(modulus, jitter):
-    _, late = lateness(range(5000), modulus, jitter=jitter)
-    assert max(late) < LATE
+COUNTING = [(5000, {"modulus": m, "jitter": j}) for m in (2, 16, 256) for j in (0.0, 0.015)]
 
 
-@pytest.mark.parametrize("faster", [0.995, 1.005])
-def test_the_period_may_be_off(faster):
-    _, late = lateness(range(20000), period=PERIOD * faster)
+@pytest.mark.parametrize(("count", "how"), [*COUNTING, *((20000, {"period": f * PERIOD}) for f in (0.995, 1.005))])
+def test_a_drive_that_counts_is_in_time_and_its_period_may_be_off(count, how):
+    _, late = lateness(range(count), **how)
     assert max(late) < LATE
 
 

@@ -21,7 +21,7 @@ from ramsight.sensor.inputs.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.virtual_sensor import Report, close
 
-from .plant_bench import UNITS
+from .plant_bench import CIRCUITS, UNITS
 from .sensor_bench import WARM, Stepped, begin, changing, cycle, load_observer, lowered, moves, observers, quiet
 
 LOCKED = ["mining-loader boom", "mining-loader bucket", "forklift-mast lift"]
@@ -87,7 +87,7 @@ def lifted(run, unit):
     return pushed(run, unit) - rubbed(run, unit)
 
 
-@pytest.mark.parametrize("name", UNITS)
+@pytest.mark.parametrize("name", CIRCUITS)
 def test_the_load_of_a_lift_is_found_within_two_percent(name):
     unit = UNITS[name]
     run, log = cycle(unit)
@@ -107,7 +107,7 @@ def test_the_load_of_a_lift_is_found_within_two_percent(name):
     assert (said["shows"] <= 1.0).all()
 
 
-@pytest.mark.parametrize("name", UNITS)
+@pytest.mark.parametrize("name", CIRCUITS)
 @pytest.mark.parametrize("share", [0.1, 0.75])
 def test_a_first_load_that_is_found_moves_no_position(name, share):
     """The observer begins with half of the largest load; what the oil gives between the two is no travel."""
@@ -188,7 +188,7 @@ def test_a_rod_that_the_pump_holds_sinks_by_leakage_whatever_the_noise(name):
     assert np.ptp(ends) < 0.15 * sunk
 
 
-@pytest.mark.parametrize("name", UNITS)
+@pytest.mark.parametrize("name", CIRCUITS)
 def test_no_torque_moves_the_load_by_more_than_virtual_work_allows(name):
     unit, observer = UNITS[name], observers(name)
     run, log = cycle(unit)
@@ -251,7 +251,7 @@ def test_oil_that_is_softer_than_believed_gives_way_under_a_load_that_grows(name
     assert np.abs((found - found[0]) - (expected - expected[0])).max() < 0.05 * gives
 
 
-@pytest.mark.parametrize("name", UNITS)
+@pytest.mark.parametrize("name", CIRCUITS)
 def test_how_much_the_torque_shows_of_a_load_is_what_it_would_be_under_another_one(name):
     unit, observer = UNITS[name], observers(name)
     run, log = cycle(unit)
@@ -663,7 +663,7 @@ def test_a_torque_corrects_a_load_that_friction_holds(tight):
     assert said["load"][0] - plain["carried"][0] > 3e3
 
 
-@pytest.mark.parametrize("name", UNITS)
+@pytest.mark.parametrize("name", CIRCUITS)
 def test_an_iteration_begins_with_no_pressure_below_vacuum(name):
     found = balance(UNITS[name])
     z = found.at_rest(0.1, 1e4)

@@ -14,7 +14,7 @@ from ramsight.sensor.kalman import kalman
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
 
 
-@pytest.mark.parametrize("kind", ["steady", "loader"])
+@pytest.mark.parametrize("kind", ["steady", pytest.param("loader", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["boom", "bucket"])
 def test_the_band_of_a_load_holds_and_is_no_wider_than_twice_its_errors(units, name, kind):
     unit, seed = units[name], 3

@@ -177,6 +177,7 @@ HOW_TO = Path(__file__).parent.parent / "docs" / "how-to"
 PAGE = (HOW_TO / "mechanism.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_pages_mechanism_is_the_catalogues_and_its_python_runs():
     blocks = [tomllib.loads(block)["linkage"] for block in re.findall(r"```toml\n(.*?)```", PAGE, re.S)]
     (shown,) = (one for one in blocks if "bodies" in one)
@@ -214,6 +215,7 @@ def test_a_mechanism_is_drawn_to_scale(tmp_path, monkeypatch):
         np.testing.assert_allclose(point, tip(LOADER.mechanism, joints(LOADER.mechanism, at)), atol=1e-6)
 
 
+@pytest.mark.slow
 def test_an_animation_shows_truth_and_estimate_and_needs_no_other_file(cycle, tmp_path):
     import json
 

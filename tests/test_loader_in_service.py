@@ -90,6 +90,7 @@ def test_a_share_of_the_force_is_friction_either_way():
     assert apart[0] - apart[1] == pytest.approx(2.0 * 0.035 * 300e3, rel=0.02)
 
 
+@pytest.mark.slow
 def test_identify_finds_it_to_be_its_description():
     """Seals that the oil presses on are in what lifting takes more than lowering, and are not the pumps'.
 

@@ -50,7 +50,7 @@ def test_the_same_seed_gives_the_same_work_and_another_one_another():
     assert (one.load(time) != other.load(time)).any()
 
 
-@pytest.fixture(scope="module", params=["boom", "bucket"])
+@pytest.fixture(scope="module", params=["boom", pytest.param("bucket", marks=pytest.mark.slow)])
 def worked(request):
     unit = UNITS[request.param]
     run = ramsight.simulate(LOADER, f"loader-{request.param}", unit=request.param, duration="5 min", seed=1)

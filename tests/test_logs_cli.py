@@ -14,18 +14,10 @@ from ramsight.logs import open_log, read_log, write_log
 from ramsight.logs.inspect import inspect_log
 from ramsight.tracking.pieces import track_pieces
 
-from .command import as_command, at_once
+from .command import as_command, at_once, refused
 from .log_bench import pdo_map, roles, written
 
 DBC = Path(__file__).parent / "can" / "drive.dbc"
-
-
-def refused(done, *words):
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    assert len(done.stderr.strip().splitlines()) == 1
-    for word in words:
-        assert word in done.stderr
 
 
 def track(log, *more, cwd):

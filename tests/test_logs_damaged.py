@@ -86,6 +86,7 @@ for path in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 def test_a_small_file_that_unpacks_to_much_takes_no_memory(tmp_path):
     files = []
     for k, fill in enumerate((b"\n", b"\0", b"\t\n")):

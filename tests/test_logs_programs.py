@@ -17,16 +17,17 @@ from .log_bench import COLUMNS, NAMES, OIL, SPEED, TIME, TORQUE, N, is_the_drive
 # ---- TDMS
 
 
-def test_tdms_with_waveforms(tmp_path):
-    begins = np.datetime64("2026-11-26T06:00:00")
-    wave = {"wf_increment": 0.02, "wf_start_offset": 0.0, "wf_start_time": begins}
-    is_the_drive(mapped(tmp_path, tdms(tmp_path / "log.tdms", COLUMNS, wave))[0])
+BEGINS = np.datetime64("2026-11-26T06:00:00", "us")
+WAVE = {"wf_increment": 0.02, "wf_start_offset": 0.0, "wf_start_time": BEGINS}
 
 
-def test_tdms_with_a_channel_of_times(tmp_path):
-    is_the_drive(mapped(tmp_path, tdms(tmp_path / "log.tdms", {"Time [s]": TIME} | COLUMNS))[0])
-    stamps = np.datetime64("2026-11-26T06:00:00", "us") + (1e6 * TIME).astype("timedelta64[us]")
-    is_the_drive(mapped(tmp_path, tdms(tmp_path / "other.tdms", {"Time": stamps} | COLUMNS))[0])
+@pytest.mark.parametrize(
+    ("clock", "properties"),
+    [({}, WAVE), ({"Time [s]": TIME}, None), ({"Time": BEGINS + (1e6 * TIME).astype("timedelta64[us]")}, None)],
+    ids=["waveforms", "times", "stamps"],
+)
+def test_tdms_with_a_clock(tmp_path, clock, properties):
+    is_the_drive(mapped(tmp_path, tdms(tmp_path / "log.tdms", clock | COLUMNS, properties))[0])
 
 
 def test_tdms_without_a_clock_says_so(tmp_path):

@@ -67,26 +67,19 @@ def test_plot_takes_width_and_style(tmp_path, suffix):
     assert (tmp_path / f"a{suffix}").stat().st_size > 1000
 
 
-def test_a_width_or_style_that_is_none_is_refused():
+def test_a_width_or_style_that_is_none_or_of_no_picture_is_refused():
     with pytest.raises(DescriptionError, match=r"width = '8 mm': is out of range \(allowed: 50 mm to 1000 mm\)"):
         ramsight.plot(made(), width="8 mm")
     with pytest.raises(UnknownNameError, match="unknown style 'jurnal'; did you mean 'journal'"):
         ramsight.plot(made(), style="jurnal")
-
-
-def test_a_width_or_style_of_no_picture_is_refused():
     with pytest.raises(DescriptionError, match="width = '88 mm': is of the picture of a run or a track"):
         ramsight.plot(made().assign_attrs(kind="simulated runs"), width="88 mm")
     with pytest.raises(DescriptionError, match="style = 'journal': is of the picture"):
         look_of(None, "journal", is_drawn=False)
     assert look_of(None, "screen", is_drawn=False) == SCREEN
+    assert (SCREEN.is_for_print, SCREEN.width) == (False, None), "the look by default"
 
 
 def test_the_name_of_a_file_is_no_formula(tmp_path):
     tracked_figure(made(), made(), None, verbatim("a$_$b.csv"), tmp_path / "a.svg")
     assert "a$_$b.csv" in (tmp_path / "a.svg").read_text(encoding="utf-8")
-
-
-def test_the_screen_is_the_look_by_default():
-    assert not SCREEN.is_for_print
-    assert SCREEN.width is None

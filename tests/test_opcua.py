@@ -7,11 +7,9 @@ import socket
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
-from evaluation.page_tables import quality_table
 from ramsight.deploy.encoder.alarms import Fault
 from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.opcua import QUALITY, OpcuaError, OpcuaServer, address_of, quality_of
@@ -147,6 +145,7 @@ def referenced():
     return device
 
 
+@pytest.mark.slow
 def test_what_the_encoder_said_before_the_server_began_is_served_and_is_not_good_once_it_is_old(port):
     server = OpcuaServer(referenced(), "boom", port=port, old=3.0)
     server.take()
@@ -203,11 +202,7 @@ def test_what_makes_a_position_invalid_is_bad_and_nothing_wrong_is_good():
     assert quality_of(frozenset(), valid=False).startswith("Bad")
 
 
-def test_the_page_has_the_table_of_the_code():
-    page = Path(__file__).parents[1] / "docs" / "reference" / "encoder.md"
-    assert quality_table() in page.read_text(encoding="utf-8")
-
-
+@pytest.mark.slow
 def test_a_port_that_is_taken_and_words_that_are_none_are_refused(port):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", port))
@@ -229,6 +224,7 @@ def is_closed(connection):
         return False
 
 
+@pytest.mark.slow
 def test_a_flood_of_connections_is_turned_away_and_delays_nobody(port):
     """Malformed ones, of which some stay open; the encoder's loop passes its values on meanwhile."""
     device = encoder()
@@ -251,6 +247,7 @@ def test_a_flood_of_connections_is_turned_away_and_delays_nobody(port):
         comes(lambda: values(port, "Status")[0][1] == "Good")
 
 
+@pytest.mark.slow
 def test_a_server_that_has_ended_is_no_matter_to_the_encoder(port):
     with OpcuaServer(encoder(), "boom", port=port) as server:
         server._process.kill()
@@ -260,6 +257,7 @@ def test_a_server_that_has_ended_is_no_matter_to_the_encoder(port):
             server.take()
 
 
+@pytest.mark.slow
 def test_the_verb_serves_it_on_this_machine(port):
     verb = ["encoder", "mining-loader", "--unit", "boom", "--interface", "virtual", "--channel", "test",
             "--node-id", "6", "--drive-node", "5", "--rated-torque", "80 N m", "--opcua", str(port)]  # fmt: skip

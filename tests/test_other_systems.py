@@ -103,6 +103,7 @@ def test_the_main_paths_go_without_posix(tmp_path):
     ]
 
 
+@pytest.mark.slow
 def test_the_command_line_goes_without_posix(tmp_path):
     code = "import sys; from ramsight.cli import main; sys.argv[1:] = {!r}; main()"
     words = ["simulate", "mining-loader", "--unit", "boom", "--load", "100 kN", "--log", "log.csv", "--out", "run.csv"]
@@ -173,6 +174,7 @@ def test_a_process_is_looked_for_on_windows_and_gets_no_signal():
     assert system._is_alive_on_windows(4, kernel), "of another user"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("triple", "magic"),
     [

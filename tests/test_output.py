@@ -1,13 +1,9 @@
 """Results appear whole or not at all; and the bar that shows their progress."""
 
-import doctest
 import errno
 import gzip
-import importlib
-import io
 import os
 import stat
-import subprocess
 import sys
 
 import numpy as np
@@ -16,12 +12,10 @@ import xarray
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ramsight import progress as progress_module
 from ramsight.errors import OutputError
 from ramsight.logs import read_log
 from ramsight.output import atomic_path, column_name, write_dataset, write_table
 from ramsight.output.cells import rows_text
-from ramsight.progress import progress
 
 
 def refusal(call, *arguments):
@@ -157,14 +151,19 @@ def test_a_table_longer_than_a_chunk_is_whole(tmp_path):
     np.testing.assert_allclose(again[:, 1], values / 7.0, rtol=1e-8)
 
 
-def test_words_in_a_table_are_quoted_where_they_must_be(tmp_path):
-    write_table({"a, b": ["plain", 'says "so"', "two\nlines"], "x": [1.0, -0.0, np.inf]}, tmp_path / "w.csv")
-    assert (tmp_path / "w.csv").read_text() == '"a, b",x\nplain,1\n"says ""so""",0\n"two\nlines",inf\n'
-
-
-def test_a_table_without_rows_has_its_header(tmp_path):
-    write_table({"time_s": [], "position_m": []}, tmp_path / "none.csv")
-    assert (tmp_path / "none.csv").read_text() == "time_s,position_m\n"
+@pytest.mark.parametrize(
+    ("columns", "text"),
+    [
+        (
+            {"a, b": ["plain", 'says "so"', "two\nlines"], "x": [1.0, -0.0, np.inf]},
+            '"a, b",x\nplain,1\n"says ""so""",0\n"two\nlines",inf\n',
+        ),
+        ({"time_s": [], "position_m": []}, "time_s,position_m\n"),
+    ],
+)
+def test_words_in_a_table_are_quoted_where_they_must_be_and_one_without_rows_has_its_header(tmp_path, columns, text):
+    write_table(columns, tmp_path / "w.csv")
+    assert (tmp_path / "w.csv").read_text() == text
 
 
 @given(st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=30))
@@ -234,59 +233,6 @@ def test_a_drive_log_as_a_dataset_keeps_its_values(trace, tmp_path):
     assert (tmp_path / "log.csv").read_text().splitlines()[0] == (
         "time_s,motor_speed_rad_per_s,motor_torque_nm,oil_temperature_k"
     )
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
-@pytest.mark.parametrize(
-    ("stream", "patience", "shown"),
-    [(Terminal, 0.0, True), (Terminal, 60.0, False), (io.StringIO, 0.0, False)],
-    ids=["a terminal and long work", "short work", "no terminal"],
-)
-def test_a_bar_shows_on_a_terminal_when_work_lasts(monkeypatch, stream, patience, shown):
-    monkeypatch.setattr(progress_module, "PATIENCE", patience)
-    monkeypatch.setattr(sys, "stderr", stream())
-    with progress(4, "computing runs") as bar:
-        for _ in range(4):
-            bar.advance()
-    assert bar.done == 4
-    assert ("computing runs" in sys.stderr.getvalue()) is shown
-    before = sys.stderr.getvalue()
-    bar.advance()
-    assert sys.stderr.getvalue() == before
-
-
-def test_a_bar_goes_when_the_work_fails(monkeypatch):
-    monkeypatch.setattr(progress_module, "PATIENCE", 0.0)
-    monkeypatch.setattr(sys, "stderr", Terminal())
-    with pytest.raises(ZeroDivisionError), progress(2, "runs") as bar:  # noqa: PT012
-        bar.advance()
-        raise ZeroDivisionError
-    assert bar._bar is None
-
-
-def test_a_bar_does_not_load_rich_before_it_shows():
-    code = (
-        "import sys\nfrom ramsight.progress import progress\n"
-        "with progress(1, 'x') as bar:\n    bar.advance()\n"
-        "assert 'rich' not in sys.modules"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "logs.channels", "logs.drive_log", "logs.header", "logs.rows", "logs.stamps", "logs.truth", "output.atomic",
-        "output.cells", "output.dataset", "output.table_file", "progress", "tracking.track_errors",
-    ],
-)  # fmt: skip
-def test_examples_in_docstrings_run(name):
-    failed, tried = doctest.testmod(importlib.import_module(f"ramsight.{name}"))
-    assert (failed, tried > 0) == (0, True)
 
 
 @pytest.mark.parametrize("number", [2**53 - 1, 2**53 + 1, 2**62 + 1])

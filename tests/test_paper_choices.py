@@ -51,32 +51,25 @@ def test_what_is_no_pair_is_refused_with_an_example(text):
         read_values([text], "--set")
 
 
-def test_a_machine_without_the_papers_units_is_refused():
-    with pytest.raises(DescriptionError, match="boom and bucket"):
-        benches(Choices(machine="forklift-mast"))
-
-
-def test_a_key_that_is_none_is_refused():
-    with pytest.raises(UnknownNameError, match="hoze"):
-        benches(Choices(values=(("boom.hoze.diameter", "19 mm"),)))
-
-
-def test_a_value_that_cannot_be_is_refused():
-    with pytest.raises(DescriptionError, match="diameter"):
-        benches(Choices(values=(("boom.hose.diameter", "19 kN"),)))
+@pytest.mark.parametrize(
+    ("choices", "error", "named"),
+    [
+        ({"machine": "forklift-mast"}, DescriptionError, "boom and bucket"),
+        ({"values": (("boom.hoze.diameter", "19 mm"),)}, UnknownNameError, "hoze"),
+        ({"values": (("boom.hose.diameter", "19 kN"),)}, DescriptionError, "diameter"),
+    ],
+)
+def test_another_machine_a_key_that_is_none_and_a_value_that_cannot_be_are_refused(choices, error, named):
+    with pytest.raises(error, match=named):
+        benches(Choices(**choices))
 
 
 def test_a_machine_without_the_papers_loads_is_refused(tmp_path):
     from ramsight import machine
     from ramsight.machine.catalogue import find
 
-    text = (
-        find("machine", "mining-loader")
-        .path.read_text()
-        .replace('medium = { value = "258 kN"', 'half = { value = "258 kN"')
-    )
-    file = tmp_path / "loader.toml"
-    file.write_text(text)
+    file, text = tmp_path / "loader.toml", find("machine", "mining-loader").path.read_text()
+    file.write_text(text.replace('medium = { value = "258 kN"', 'half = { value = "258 kN"'))
     assert "half" in machine.load_machine(file).unit("boom").load.loads
     with pytest.raises(DescriptionError, match="medium"):
         benches(Choices(machine=file))
@@ -168,16 +161,11 @@ def test_the_diagrams_arrows_have_boxes_at_both_ends():
         assert set(diagram.given) <= set(diagram.boxes)
 
 
-def test_a_verdict_with_a_fitted_value_says_so():
-    assert Verdict.of(True) is Verdict.REPRODUCED
-    assert Verdict.of(True, fitted=True) is Verdict.FITTED
-    assert Verdict.of(False, fitted=True) is Verdict.CONTRADICTED
-
-
-def test_figures_in_sentences_have_their_digits_and_no_minus_before_a_zero():
+def test_a_verdict_with_a_fitted_value_says_so_and_figures_in_sentences_have_their_digits():
+    verdicts = [Verdict.of(True), Verdict.of(True, fitted=True), Verdict.of(False, fitted=True)]
+    assert verdicts == [Verdict.REPRODUCED, Verdict.FITTED, Verdict.CONTRADICTED]
     assert both({"boom": 1.25, "bucket": -0.001}, 2) == "1.25 mm (boom) and 0.00 mm (bucket)"
-    assert figure(-0.0004, 3) == "0.000"
-    assert slashed([1.0, 2.26], 1) == "1.0 / 2.3"
+    assert (figure(-0.0004, 3), slashed([1.0, 2.26], 1)) == ("0.000", "1.0 / 2.3")
 
 
 def test_the_pdfs_columns_fit_on_its_line():

@@ -91,6 +91,7 @@ def test_what_was_learnt_is_resumed_and_tracking_goes_on(tmp_path, trace, sensor
     assert rest["leak_factor"].values[-1] == pytest.approx(1.15, rel=0.03)
 
 
+@pytest.mark.slow
 def test_wherever_a_write_is_torn_the_position_is_right_or_unknown(tmp_path, sensor, unit):
     path, other = tmp_path / "boom.state", kalman(unit)
     contents = [b""]

@@ -2,9 +2,12 @@
 
 import io
 import re
+import subprocess
 import sys
 import threading
 import time
+
+import pytest
 
 from ramsight import progress as module
 from ramsight.progress import advancing, progress, spoken
@@ -36,6 +39,26 @@ def test_a_bar_appears_though_the_work_has_said_nothing_yet(monkeypatch):
         assert seen(terminal, "digging")
         bar.advance(3)
         assert seen(terminal, "75%")
+    said = terminal.getvalue()
+    bar.advance()
+    assert (bar.done, terminal.getvalue()) == (4, said), "nothing is shown after the work"
+
+
+def test_a_bar_goes_when_the_work_fails(monkeypatch):
+    terminal = looked_at(monkeypatch)
+    with pytest.raises(ZeroDivisionError), progress(2, "digging") as bar:  # noqa: PT012
+        assert seen(terminal, "digging")
+        raise ZeroDivisionError
+    assert bar._bar is None
+
+
+def test_a_bar_does_not_load_rich_before_it_shows():
+    code = (
+        "import sys\nfrom ramsight.progress import progress\n"
+        "with progress(1, 'x') as bar:\n    bar.advance()\n"
+        "assert 'rich' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_nothing_appears_where_the_work_was_short_or_nobody_looks(monkeypatch):

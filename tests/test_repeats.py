@@ -148,15 +148,11 @@ def test_where_more_repeats_than_the_noise_has_them_it_takes_longer():
     assert stops_at(watched, [40.0] * 60, STEADY) > repeats_in_a_row(1.3, 1.0, DT)
 
 
-def test_an_alarm_that_ends_teaches_nothing():
+def test_an_alarm_that_ends_teaches_nothing_and_repeats_while_the_command_goes_are_not_counted():
     watched = Watched(1.0, 1.0, DT)
+    stops_at(watched, rounded(1.0, 20_000), STEADY)
+    assert stops_at(watched, [40.0] * 300, MOVING) is None
     stops_at(watched, rounded(1.0, 20_000), STEADY)
     assert stops_at(watched, [40.0] * 300, STEADY) is not None
     stops_at(watched, rounded(1.0, 100), STEADY)
     assert watched.believed
-
-
-def test_repeats_while_the_command_goes_are_not_counted():
-    watched = Watched(1.0, 1.0, DT)
-    stops_at(watched, rounded(1.0, 20_000), STEADY)
-    assert stops_at(watched, [40.0] * 300, MOVING) is None

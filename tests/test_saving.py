@@ -33,29 +33,25 @@ def said(std):
     return SimpleNamespace(position=0.2, position_std=std, velocity=0.0)
 
 
-@pytest.mark.parametrize(("grown", "again"), [(0.9 * START_STD, False), (1.1 * START_STD, True)])
-def test_a_position_that_becomes_less_certain_at_rest_is_saved_again(monkeypatch, grown, again):
+UNKNOWN = SimpleNamespace(position=math.nan, position_std=math.nan, velocity=0.0)
+
+
+@pytest.mark.parametrize(
+    ("first", "later", "again"),
+    [
+        (said(1e-3), said(1e-3 + 0.9 * START_STD), False), (said(1e-3), said(1e-3 + 1.1 * START_STD), True),
+        (UNKNOWN, said(1e-3), True),
+    ],
+    ids=["hardly less certain", "less certain", "known at last"],
+)  # fmt: skip
+def test_a_position_that_changes_what_is_known_of_it_at_rest_is_saved_again(monkeypatch, first, later, again):
     monkeypatch.setattr(saving_module, "impossible", lambda *_: "")
     saving = Saving(SimpleNamespace(state={"position": 0.2}), File())
-    saving.watch(0.0, 100.0, said(1e-3))
-    saving.watch(REST_TIME, 0.0, said(1e-3))
+    saving.watch(0.0, 100.0, first)
+    saving.watch(REST_TIME, 0.0, first)
     assert saving.rests(REST_TIME)
     saving.save(REST_TIME)
-    saving.watch(REST_TIME + 1.0, 0.0, said(1e-3))
+    saving.watch(REST_TIME + 1.0, 0.0, first)
     assert not saving.rests(REST_TIME + 1.0)
-    saving.watch(REST_TIME + 60.0, 0.0, said(1e-3 + grown))
+    saving.watch(REST_TIME + 60.0, 0.0, later)
     assert saving.rests(REST_TIME + 60.0) == again
-
-
-def test_a_position_that_becomes_known_at_rest_is_saved(monkeypatch):
-    monkeypatch.setattr(saving_module, "impossible", lambda *_: "")
-    saving = Saving(SimpleNamespace(state={"position": 0.2}), File())
-    unknown = SimpleNamespace(position=math.nan, position_std=math.nan, velocity=0.0)
-    saving.watch(0.0, 100.0, unknown)
-    saving.watch(REST_TIME, 0.0, unknown)
-    assert saving.rests(REST_TIME)
-    saving.save(REST_TIME)
-    saving.watch(REST_TIME + 1.0, 0.0, unknown)
-    assert not saving.rests(REST_TIME + 1.0)
-    saving.watch(REST_TIME + 2.0, 0.0, said(1e-3))
-    assert saving.rests(REST_TIME + 2.0)

@@ -12,7 +12,7 @@ from ramsight.plant.valve import Orifice
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
-from .plant_bench import UNITS, table_of
+from .plant_bench import CIRCUITS, UNITS, tabulated
 from .sensor_bench import Stepped, cycle, lowered, moves
 
 BAND = 1.96
@@ -32,7 +32,7 @@ def tracked(unit, run, log, *, start="known"):
     return said, said["position"] - run["position"].values
 
 
-@pytest.mark.parametrize("name", UNITS)
+@pytest.mark.parametrize("name", CIRCUITS)
 @pytest.mark.parametrize("share", [0.15, 0.4])
 def test_a_cycle_of_every_unit_is_tracked_and_its_band_holds(name, share):
     unit = UNITS[name]
@@ -50,14 +50,12 @@ def mapped_pumps(unit, change):
     return unit.mapped(lambda part: change(part) if isinstance(part, Pump) else part)
 
 
-def tabulated(pump):
-    laws = table_of(pump)
-    spoilt = tuple(tuple(tuple(0.96 * value for value in row) for row in rows) for rows in laws.volumetric)
-    return replace(pump, table=replace(laws, volumetric=spoilt))
+def spoilt(pump):
+    return tabulated(pump, lambda value: 0.96 * value)
 
 
 OPTIONS = {
-    "a loss table": lambda unit: mapped_pumps(unit, tabulated),
+    "a loss table": lambda unit: mapped_pumps(unit, spoilt),
     "viscosity under pressure": lambda unit: replace(unit, oil=replace(unit.oil, pressure_viscosity=1.8e-8)),
     "seals that leak": lambda unit: replace(unit, cylinder=replace(unit.cylinder, seal_leak=5e-18)),
     "seals that press": lambda unit: replace(unit, cylinder=replace(unit.cylinder, pressure_friction=0.05)),
@@ -65,7 +63,12 @@ OPTIONS = {
 }
 
 
-@pytest.mark.parametrize("option", OPTIONS)
+QUICK = ("a loss table", "seals that press")
+
+
+@pytest.mark.parametrize(
+    "option", [pytest.param(one, marks=() if one in QUICK else pytest.mark.slow) for one in OPTIONS]
+)
 def test_an_option_that_is_described_is_in_the_sensor_as_it_is_in_the_plant(option):
     unit = OPTIONS[option](BOOM)
     run, log = cycle(unit)
@@ -88,7 +91,7 @@ def both_ends(name):
     return moves(unit, corners, 0.3 * limits_of(unit).load, lowered(unit, 0.05 * stroke))
 
 
-@pytest.mark.parametrize("name", UNITS)
+@pytest.mark.parametrize("name", CIRCUITS)
 def test_a_position_that_nobody_knows_is_found_at_the_stops(name):
     unit = UNITS[name]
     run, log = both_ends(name)
@@ -105,7 +108,7 @@ def test_a_position_that_nobody_knows_is_found_at_the_stops(name):
     assert said["status"][-1] in (Status.OK, Status.REFERENCE_DUE), "a leakage that nothing has taught may be another"
 
 
-@pytest.mark.parametrize("name", UNITS)
+@pytest.mark.parametrize("name", CIRCUITS)
 def test_a_visit_to_the_lowered_end_does_no_harm_to_a_position_that_is_known(name):
     unit = UNITS[name]
     stroke = unit.cylinder.stroke

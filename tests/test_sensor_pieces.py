@@ -119,17 +119,14 @@ def test_no_oil_passes_a_relief_valve_whose_side_the_pump_draws_from_and_what_it
                 assert float(blown(z, ca.DM(10.0 * way), circuit).std) < 1e-9
 
 
-def test_each_way_of_the_pump_presses_on_one_side():
-    """The manifold's sides of a direct driven unit, by the direction of its load."""
-    found = balance(UNITS["mining-loader boom"])
-    for node, way in (("manifold_a", 1.0), ("manifold_b", -1.0)):
-        assert (delivers(found, node, way), delivers(found, node, -way)) == (True, False)
-
-
-def test_a_pump_that_turns_one_way_presses_where_its_valve_leads():
-    """A small actuator, whose motor at its highest speed would fill its hoses within a sample."""
-    found = balance(build(load_machine("eha-valve-rig").unit("axis"), "axis"))
-    for node, way in (("chamber_a", 1.0), ("chamber_b", -1.0)):
+@pytest.mark.parametrize(
+    ("machine", "unit", "place"),
+    [("mining-loader", "boom", "manifold"), ("eha-valve-rig", "axis", "chamber")],
+    ids=["by the direction of its load", "where its valve leads: its motor would fill its hoses within a sample"],
+)
+def test_each_way_of_the_pump_presses_on_one_side(machine, unit, place):
+    found = balance(build(load_machine(machine).unit(unit), unit))
+    for node, way in ((f"{place}_a", 1.0), (f"{place}_b", -1.0)):
         assert (delivers(found, node, way), delivers(found, node, -way)) == (True, False)
 
 

@@ -59,6 +59,7 @@ from ramsight.sensor.inputs.torque import MagnetState, correct_torque
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity
 
+from .control_bench import number as value
 from .plant_bench import UNITS
 from .sensor_bench import made, step_of
 
@@ -73,11 +74,6 @@ def named(value):
 
 NAN = math.nan
 H = 0.02
-
-
-def value(expression):
-    """The value of an expression without symbols."""
-    return float(ca.DM(ca.evalf(ca.SX(expression))))
 
 
 def plain(found):

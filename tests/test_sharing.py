@@ -1,7 +1,6 @@
 """What two units of one machine say of their common oil and voltage: each fault is named, and none without one."""
 
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,6 @@ import xarray
 from typer.testing import CliRunner
 
 import ramsight
-from evaluation.page_tables import shared_table
 from ramsight.cli.verbs import app
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.output import write_table
@@ -209,8 +207,3 @@ def test_the_verb_says_what_the_function_says(tmp_path):
     assert done.output.strip() == ramsight.check_shared(first, second).text
     assert "dc_voltage (both DC links): contradicts" in done.output
     assert "oil_temperature (both thermometers): agrees" in done.output
-
-
-def test_the_page_has_the_rows():
-    (rows,) = re.findall(r"<!-- shared -->\n\n(.*?)\n\n<!-- end of shared -->", PAGE, flags=re.DOTALL)
-    assert rows == shared_table()

@@ -174,11 +174,21 @@ def test_strips_that_no_page_shows_are_refused_with_what_it_does_show(text, word
     assert len(read_setting({"strips": ",".join(f"u{k}.true" for k in range(12))}).strips) == 12
 
 
-def test_a_strip_of_a_unit_that_does_not_run_is_refused():
-    asked = read_setting({"strips": "position,true mast.true"})
-    with pytest.raises(RamsightError, match=r"link: unknown unit 'mast' \(known: boom, bucket\)"):
-        with_unit(asked, ["boom", "bucket"])
-    assert with_unit(asked, ["boom", "mast"]) == "boom"
+@pytest.mark.parametrize(
+    ("query", "found"),
+    [
+        ({}, "boom"), ({"unit": "bucket"}, "bucket"), ({"unit": "mast"}, None),
+        ({"strips": "position,true mast.true"}, None),
+    ],
+)  # fmt: skip
+def test_a_link_to_a_unit_or_a_strip_of_one_that_does_not_run_is_refused(query, found):
+    asked = read_setting(query)
+    if found is None:
+        with pytest.raises(RamsightError, match=r"link: unknown unit 'mast' \(known: boom, bucket\)"):
+            with_unit(asked, ["boom", "bucket"])
+        assert with_unit(asked, ["boom", "mast"]) == query.get("unit", "boom")
+    else:
+        assert with_unit(asked, ["boom", "bucket"]) == found
 
 
 def test_every_signal_of_a_strip_is_in_a_frame_or_held_by_the_page():
@@ -221,13 +231,6 @@ def test_what_a_link_cannot_hold_is_refused_in_one_line(name, value):
 def test_a_link_that_plays_what_there_is_not_lists_all_that_there_is():
     with pytest.raises(RamsightError, match=r"unknown play 'worm'.*\bnone\b.*\bworn\b"):
         read_setting({"play": "worm"})
-
-
-def test_a_link_to_a_unit_that_does_not_run_is_refused():
-    assert with_unit(read_setting({}), ["boom", "bucket"]) == "boom"
-    assert with_unit(read_setting({"unit": "bucket"}), ["boom", "bucket"]) == "bucket"
-    with pytest.raises(RamsightError, match=r"link: unknown unit 'mast' \(known: boom, bucket\)"):
-        with_unit(read_setting({"unit": "mast"}), ["boom", "bucket"])
 
 
 def test_a_machine_that_is_not_the_catalogue_s_has_no_name_there():
@@ -638,6 +641,7 @@ def served_with_patience(monkeypatch):
     thread.join()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sent", "answer"),
     [
@@ -848,6 +852,7 @@ def test_what_follows_is_what_the_verb_says(tmp_path):
 # -- logs
 
 
+@pytest.mark.slow
 def test_a_log_is_proposed_a_map_and_tracked_with_the_figures_of_the_verb(tmp_path):
     log, truth = TRACES / "boom_441kN_40C.csv.gz", TRACES / "boom_441kN_40C_truth.csv.gz"
     found = told(propose, str(log))["proposed"]
@@ -870,6 +875,7 @@ def test_a_log_is_proposed_a_map_and_tracked_with_the_figures_of_the_verb(tmp_pa
     assert done["progress"] == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_log_is_looked_back_at(tmp_path):
     copied = tmp_path / "bucket_hot.csv.gz"
     copied.write_bytes((TRACES / "unknown" / copied.name).read_bytes())
@@ -899,6 +905,7 @@ def commissioned(tmp_path_factory):
     return folder / "log.csv", folder / "truth.csv"
 
 
+@pytest.mark.slow
 def test_references_leak_test_and_report_are_those_of_the_verbs(commissioned):
     log, truth = (str(one) for one in commissioned)
     asked = Asked(machine.load_machine("mining-loader"), "boom", log, truth)

@@ -137,6 +137,7 @@ def test_the_verb_writes_the_place_beside_the_position(tmp_path):
     assert (tmp_path / "t.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_the_place_is_said_in_hindsight_too(tmp_path):
     words = ("track", "mining-loader", LOG, "--unit", "boom", "--start", "100 mm", "--tool", "boom.centre_of_mass")
     for more in (("--hindsight",), ("--hindsight", "--both"), ("--sensor", "balance")):

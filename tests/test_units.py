@@ -216,23 +216,20 @@ def test_a_gauge_pressure_is_refused_with_what_to_write(text, absolute, plain):
     units.parse(absolute, "Pa")
 
 
-def test_a_revolution_per_minute_stands_in_one_place():
-    """Its other place is the table of units, where it is a definition of its own."""
-    worked_out = re.compile(r"pi / 30|30(\.0)? / (math\.|np\.)?pi|pi / 60|60(\.0)? / \(?2|0\.1047")
-    source = Path(units.__file__).parents[1]
-    lines = ((file, line) for file in source.rglob("*.py") for line in file.read_text(encoding="utf-8").splitlines())
-    places = [file.name for file, line in lines if worked_out.search(line) and ">>>" not in line]
-    assert sorted(places) == ["algebra.py", "conversion.py"]
-    assert units.to_si(1.0, "rpm") == units.RPM
-
-
-def test_the_freezing_point_stands_in_one_place():
+@pytest.mark.parametrize(
+    ("number", "shown", "text", "value"),
+    [
+        (r"pi / 30|30(\.0)? / (math\.|np\.)?pi|pi / 60|60(\.0)? / \(?2|0\.1047", ">>>", "rpm", units.RPM),
+        (r"273\.15", r"^\s*(>>>|\(|\d)", "degC", units.FREEZING),
+    ],
+)
+def test_a_revolution_per_minute_and_the_freezing_point_stand_in_one_place(number, shown, text, value):
     """Its other place is the table of units, where it is a definition of its own; a docstring may show it."""
     source = Path(units.__file__).parents[1]
     lines = ((file, line) for file in source.rglob("*.py") for line in file.read_text(encoding="utf-8").splitlines())
-    places = {file.name for file, line in lines if "273.15" in line and not re.match(r"\s*(>>>|\(|\d)", line)}
+    places = {file.name for file, line in lines if re.search(number, line) and not re.search(shown, line)}
     assert places == {"algebra.py", "conversion.py"}
-    assert units.to_si(0.0, "degC") == units.FREEZING
+    assert units.to_si(1.0 if text == "rpm" else 0.0, text) == value
 
 
 @pytest.mark.parametrize(
