@@ -287,7 +287,7 @@ def test_what_else_is_uncertain_of_a_position_widens_all_that_is_said_of_it():
         assert value(getattr(alone, name)) > value(getattr(without, name)), name
 
 
-def test_a_torque_that_is_wrong_for_longer_leaves_the_position_less_certain():
+def test_what_a_wrong_torque_and_unseen_oil_leave_uncertain_grows_with_their_time():
     """An error of the torque that lasts for the time T leaks for T: its variance in a step dt is 2 T/dt of it."""
     kept = []
     watched = SimpleNamespace(
@@ -300,14 +300,17 @@ def test_a_torque_that_is_wrong_for_longer_leaves_the_position_less_certain():
         motion=SimpleNamespace(travel=ca.SX(0.0), free_travel=ca.SX(0.0)),
     )  # fmt: skip
     at = SimpleNamespace(
-        step=step, leakage=SimpleNamespace(change=ca.SX(0.0)), travel_by={Quantity.LEAKAGE: ca.SX(3e-4)},
-        linearised_at={},
-        sample=SimpleNamespace(elapsed=ca.SX(0.02), offset_variance=ca.SX(0.0), motor_torque=ca.SX(20.0)),
+        step=step, leakage=SimpleNamespace(change=ca.SX(0.0), per_kelvin=ca.SX(0.05)),
+        travel_by={Quantity.LEAKAGE: ca.SX(3e-4)}, linearised_at={Quantity.LEAKAGE: ca.SX(1.2)},
+        sample=SimpleNamespace(
+            elapsed=ca.SX(0.02), offset_variance=ca.SX(0.0), motor_torque=ca.SX(20.0), temperature_variance=ca.SX(0.04),
+        ),
     )  # fmt: skip
     for correlation in (5.0, 20.0):
         assumed = Assumptions().replace({"drive.correlation": correlation, "drive.torque_gain": 0.04})
         _time_update(watched, at, scalar(0.0), SimpleNamespace(assumed=assumed, torque_std=0.5, travel_per_radian=1e-4))
         assert value(kept[-1][3]) == pytest.approx(0.04**2 * 3e-4**2 * 2.0 * correlation / 0.02)
+        assert value(kept[-1][5]) == pytest.approx(1.2 * 0.05 * 0.2), "what oil may have warmed by unseen, leaks"
 
 
 @pytest.mark.parametrize("held", [0.0, 0.05])

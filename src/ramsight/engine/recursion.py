@@ -258,11 +258,11 @@ class Live:
 
     def __init__(self, recursion: Recursion, initial: object, parameters: Sequence[float] = ()) -> None:
         self.recursion = recursion
-        self._parameters, self._state = np.array(parameters, dtype=np.float64), initial_values(initial)
+        self.parameters, self._state = np.array(parameters, dtype=np.float64), initial_values(initial)
 
     @cached_property
     def _sampled(self) -> Sampled:
-        return Sampled(self.recursion, self._parameters, self._state)
+        return Sampled(self.recursion, self.parameters, self._state)
 
     def compiled(self) -> Live:
         """The same with its machine code made, so that the first sample takes no longer than others."""
@@ -280,7 +280,7 @@ class Live:
 
     def set_parameter(self, place: int, value: float) -> None:
         """Give a parameter another value."""
-        self._parameters[place] = value
+        self.parameters[place] = value
         self._sampled.prepare()
 
     @property
