@@ -37,9 +37,9 @@ def late(face: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
 def _homes(face: str) -> dict[str, str]:
     """The module of each name, from the source: nothing is read before a name is asked for."""
     import ast
-    from pathlib import Path
+    from pkgutil import get_data
 
-    source = Path(str(sys.modules[face].__file__)).read_text(encoding="utf-8")
-    checked = [one for one in ast.parse(source).body if isinstance(one, ast.If) and ast.unparse(one.test) == _CHECKED]
+    body = ast.parse(get_data(face, "__init__.py") or b"").body  # from an archive as well
+    checked = [one for one in body if isinstance(one, ast.If) and ast.unparse(one.test) == _CHECKED]
     imports = [one for block in checked for one in block.body if isinstance(one, ast.ImportFrom)]
     return {alias.name: str(one.module) for one in imports for alias in one.names}
