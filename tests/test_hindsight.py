@@ -560,8 +560,8 @@ def test_a_log_is_gone_through_again_until_nothing_is_otherwise(bucket):
     )
     was = first.said["position"].copy()
     blocks = first.again(other, silent)
-    assert 1 < blocks < len(first.blocks())
-    reached = first.blocks()[blocks - 1].stop
+    assert 1 < blocks < first.blocks
+    reached = first.span(blocks - 1).stop
     assert np.array_equal(first.said["position"][:reached], whole.said["position"][:reached], equal_nan=True)
     assert np.array_equal(first.said["position"][reached:], was[reached:])
     assert tracer.alike(first.states[blocks], whole.states[blocks], CLOSE)
@@ -569,7 +569,7 @@ def test_a_log_is_gone_through_again_until_nothing_is_otherwise(bucket):
     assert (off < 2.0 * CLOSE * std).all()
     assert [one.sample for one in first.innovations.all] == [one.sample for one in whole.innovations.all]
     for number in (0, blocks - 1, blocks):
-        assert np.array_equal(first.rows(number)[:, 0], first.said["position"][first.blocks()[number]], equal_nan=True)
+        assert np.array_equal(first.rows(number)[:, 0], first.said["position"][first.span(number)], equal_nan=True)
 
 
 @pytest.mark.parametrize(

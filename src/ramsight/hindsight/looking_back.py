@@ -95,7 +95,7 @@ class _Known:
         gone, tracer = self.gone, self.gone.tracer
         unknown = gone.innovations.unknown(gone.said[POSITION])
         for number, rows in gone.rows_backward(blocks):
-            span = gone.blocks()[number]
+            span = gone.span(number)
             trace = tracer.trace(rows, unknown[span.start : span.stop + 1])
             ahead, last = self.ahead.get(number + 1) or Ahead.end(trace), span.start + len(trace.mean) - 1
             *found, self.ahead[number] = backward(trace, ahead, float(tracer.unit.cylinder.stroke), self.sought)
@@ -156,14 +156,14 @@ def looked_back(
     found, passes = live, 1
     if gone.states[-1][order.index(IS_REFERENCED)] > 0.0:
         known = _Known.of(gone, set(wanted))
-        known.look(len(gone.blocks()), advance)
+        known.look(gone.blocks, advance)
         while not is_known and passes < PASSES:
             start, std = known.positions.start
             if abs(start - begun[position]) < CLOSE * std:
                 break
             begun[position], passes = start, passes + 1
             blocks = gone.again(begun, advance)
-            if blocks == len(gone.blocks()):
+            if blocks == gone.blocks:
                 known = _Known.of(gone, set(wanted))
             known.look(blocks, advance)
         found = known.said()

@@ -34,8 +34,6 @@ BLOCK = 1024
 """Samples between two states that are kept: some 5 MB of a trace."""
 KEPT = 32
 """Blocks of a log that is short enough for all of its trace to be kept: some ten minutes at 50 Hz."""
-
-
 CLOSE = 0.1
 """Standard deviations within which what is known is the same [1]."""
 
@@ -76,38 +74,42 @@ class Forward:
         Returns:
             How many blocks that took.
         """
-        last, blocks, innovations = self.states.copy(), self.blocks(), Innovations()
+        last, innovations = self.states.copy(), Innovations()
         self.states[:] = [begun.copy()]
-        for number, span in enumerate(blocks, start=1):
-            state = self.states[-1].copy()
+        for number in range(self.blocks):
+            span, state = self.span(number), self.states[-1].copy()
             rows = self.tracer.rows(self.inputs[span], state)
             for name, column in self.said.items():
                 column[span] = rows[:, self.tracer.names.index(name)]
             innovations.append(span.start, self.time[span], self.tracer.aside(rows))
             self.states.append(state)
-            if len(blocks) <= KEPT:
-                self._rows[number - 1] = rows
+            if self.blocks <= KEPT:
+                self._rows[number] = rows
             advance(len(rows) / len(self.inputs))
-            if last and self.tracer.alike(state, last[number], CLOSE):
-                self.states[number:] = last[number:]
+            if last and self.tracer.alike(state, last[number + 1], CLOSE):
+                self.states[number + 1 :] = last[number + 1 :]
                 innovations.all += [one for one in self.innovations.all if one.sample >= span.stop]
                 break
         else:
             self.log_weight[:] = self.tracer.log_weight(rows)[-1]
         self.innovations.all[:], self.innovations.by_start = innovations.all, innovations.by_start
-        return number
+        return number + 1
 
-    def blocks(self) -> list[slice]:
-        """The samples of each block, in order."""
-        samples = len(self.inputs)
-        return [slice(first, min(first + BLOCK, samples)) for first in range(0, samples, BLOCK)]
+    @property
+    def blocks(self) -> int:
+        """How many there are."""
+        return -(-len(self.inputs) // BLOCK)
+
+    def span(self, number: int) -> slice:
+        """The samples of a block."""
+        return slice(number * BLOCK, min((number + 1) * BLOCK, len(self.inputs)))
 
     def rows(self, number: int, beyond: int = 0) -> Array:
         """A block again: what the sensor says and the trace (`Tracer.rows`)."""
-        span = self.blocks()[number]
         kept = [self._rows[k][: None if k == number else beyond] for k in (number, number + 1) if k in self._rows]
         if kept:
             return np.concatenate(kept)
+        span = self.span(number)
         return self.tracer.rows(self.inputs[span.start : span.stop + beyond], self.states[number].copy())
 
     def rows_backward(self, blocks: int) -> Iterator[tuple[int, Array]]:
