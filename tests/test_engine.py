@@ -14,7 +14,7 @@ from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import generated_module, instructions
 from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.engine.graph import graph_of
-from ramsight.engine.recursion import Graph, Live, Recursion, Sampled, replay, replay_many
+from ramsight.engine.recursion import Graph, Live, Recursion, Stepper, replay, replay_many
 from ramsight.engine.run import Outcome, Segments, integrate, outputs
 from ramsight.engine.typed_state import leaf
 
@@ -230,14 +230,14 @@ def adding():
 def test_a_recursion_that_is_taken_sample_by_sample_is_the_same():
     recursion, state, alone = adding(), np.zeros(2), np.zeros(2)
     inputs, factor = np.random.default_rng(1).standard_normal((20, 1)), np.array([0.3])
-    sampled = Sampled(recursion, factor, state)
+    stepper = Stepper(recursion, factor, state)
     first, second = inputs[:10], inputs[10:]
-    said = [float(sampled.step(row)[0]) for row in first]
+    said = [float(stepper.step(row)[0]) for row in first]
     assert said == replay(recursion, first, factor, alone)[:, 0].tolist()
     assert state.tolist() == alone.tolist(), "the state is the caller's"
     factor[0] = 0.7
-    sampled.prepare()
-    said = [float(sampled.step(row)[0]) for row in second]
+    stepper.prepare()
+    said = [float(stepper.step(row)[0]) for row in second]
     assert said == replay(recursion, second, factor, alone)[:, 0].tolist()
 
 

@@ -226,7 +226,7 @@ def recursion_of(
     return Recursion(names[0], names[1], constants, tuple(outputs), lambda: graph)
 
 
-class Sampled:
+class Stepper:
     """A recursion that is taken sample by sample, in memory that is made once.
 
     Args:
@@ -261,17 +261,17 @@ class Live:
         self.parameters, self._state = np.array(parameters, dtype=np.float64), initial_values(initial)
 
     @cached_property
-    def _sampled(self) -> Sampled:
-        return Sampled(self.recursion, self.parameters, self._state)
+    def _stepper(self) -> Stepper:
+        return Stepper(self.recursion, self.parameters, self._state)
 
     def compiled(self) -> Live:
         """The same with its machine code made, so that the first sample takes no longer than others."""
-        _ = self._sampled
+        _ = self._stepper
         return self
 
     def step(self, inputs: Sequence[float]) -> list[float]:
         """The outputs of a sample."""
-        found: list[float] = self._sampled.step(inputs).tolist()
+        found: list[float] = self._stepper.step(inputs).tolist()
         return found
 
     def set(self, name: str, value: float) -> None:
@@ -281,7 +281,7 @@ class Live:
     def set_parameter(self, place: int, value: float) -> None:
         """Give a parameter another value."""
         self.parameters[place] = value
-        self._sampled.prepare()
+        self._stepper.prepare()
 
     @property
     def state(self) -> dict[str, float]:

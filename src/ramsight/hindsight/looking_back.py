@@ -163,7 +163,8 @@ def looked_back(
                 break
             begun[position], passes = start, passes + 1
             blocks = gone.again(begun, advance)
-            if blocks == gone.blocks:
+            if blocks == gone.blocks:  # another hypothesis may be the likeliest
+                del known  # a long log fills the memory once
                 known = _Known.of(gone, set(wanted))
             known.look(blocks, advance)
         found = known.said()

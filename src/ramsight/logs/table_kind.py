@@ -48,12 +48,17 @@ def frame_table(path: str | Path) -> FrameTable | None:
     Raises:
         LogError: the file cannot be opened.
     """
-    first = next(iter(Unpacked(path, None, _LOOKED_AT)), b"")
-    for number, line in enumerate(first.decode("latin-1").removeprefix("ï»¿").splitlines(), 1):
+    for number, line in enumerate(_first_lines(path), 1):
         for separator in _SEPARATORS:
             if separator in line and (found := _layout(number, line, separator)) is not None:
                 return found
     return None
+
+
+def _first_lines(path: str | Path) -> list[str]:
+    """Those in which a header stands, without the mark of UTF-8."""
+    first = next(iter(Unpacked(path, None, _LOOKED_AT)), b"")
+    return first.decode("latin-1").removeprefix("ï»¿").splitlines()
 
 
 def _layout(number: int, line: str, separator: str) -> FrameTable | None:
@@ -71,6 +76,5 @@ def _layout(number: int, line: str, separator: str) -> FrameTable | None:
 
 def holds_scope(path: str | Path) -> bool:
     """Whether a text file is an export of TwinCAT Scope."""
-    first = next(iter(Unpacked(path, None, _LOOKED_AT)), b"").decode("latin-1").removeprefix("ï»¿")
-    begins = [line.replace(";", "\t").replace(",", "\t").partition("\t")[0] for line in first.splitlines()]
+    begins = [line.replace(";", "\t").replace(",", "\t").partition("\t")[0] for line in _first_lines(path)]
     return begins[:1] == [SCOPE_NAME] and any(mark in begins for mark in _SCOPE_MARKS)

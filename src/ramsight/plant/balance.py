@@ -33,9 +33,9 @@ from ramsight.expression import Condition, Flag, Matrix, Real, Scalar, Vector
 from ramsight.plant.circuit import TANK, WARMING, Circuit, command_of
 from ramsight.plant.drive import IdealDrive
 from ramsight.plant.heat import case_losses
+from ramsight.plant.limits import pump_reliefs
 from ramsight.plant.oil import ATMOSPHERE, Oil
 from ramsight.plant.unit import HydraulicUnit, initial_state
-from ramsight.plant.valve import ReliefValve
 
 FACTORS = ("leak", "displacement", "compliance")
 """Factors by which a machine may differ from its data sheet: leakage and displacement of its pumps, and what oil and
@@ -522,7 +522,7 @@ def _share_of(expression: Vector, factor: Scalar) -> Vector:
 
 def _highest_pressure(unit: HydraulicUnit) -> float | None:
     """The highest pressure that may stand in a circuit whose relief valves lead to each other's side [Pa]."""
-    reliefs = [part for part in unit.parts() if isinstance(part, ReliefValve)]
+    reliefs = pump_reliefs(unit)
     crossing = [valve.setting for valve in reliefs if any(valve.outlet == other.inlet for other in reliefs)]
     return max(crossing) + unit.tank_pressure if crossing else None
 

@@ -19,7 +19,7 @@ def taken_apart(sensor: Any) -> dict[str, Any]:
     sections = sensor.sections()
     parts = [part for _, marks, rows in sections for part in (marks, rows)]
     step = ca.Function("step", [graph.x, graph.u, graph.p], [graph.next_state, graph.output, *parts])
-    own = {one.name: getattr(sensor, one.name) for one in fields(sensor) if one.name != "_sampled"}
+    own = {one.name: getattr(sensor, one.name) for one in fields(sensor) if one.name != "_stepper"}
     # The first values of the states are in `initial`.
     states = tuple(replace(one, value=None) for one in sensor.states)
     return {

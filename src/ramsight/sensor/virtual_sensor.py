@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.recursion import Graph, Recursion, Sampled, replay
+from ramsight.engine.recursion import Graph, Recursion, Stepper, replay
 from ramsight.engine.typed_state import Leaf, column, initial_values, leaves
 from ramsight.errors import LogError, RamsightError
 from ramsight.expression import Flag, Real, Scalar, all_of, negated, replaced_where
@@ -203,7 +203,7 @@ class VirtualSensor:
     sections: Callable[[], tuple[tuple[str, Any, Any], ...]] = field(default=tuple, repr=False)
     _state: Array = field(init=False, repr=False)
     _says: Array = field(init=False, repr=False)
-    _sampled: Sampled | None = field(init=False, repr=False, compare=False, default=None)
+    _stepper: Stepper | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         self._state = self.initial.copy()
@@ -334,11 +334,11 @@ class VirtualSensor:
         self._says = self._by_sample().step(given)
         return self.estimate
 
-    def _by_sample(self) -> Sampled:
+    def _by_sample(self) -> Stepper:
         """Its step for one sample at a time."""
-        made = self._sampled
+        made = self._stepper
         if made is None or made.state is not self._state or made.parameters is not self.parameters:
-            made = self._sampled = Sampled(self.recursion, self.parameters, self._state)
+            made = self._stepper = Stepper(self.recursion, self.parameters, self._state)
         return made
 
     @property
