@@ -12,8 +12,10 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.belief.mixture import Mixture
 from ramsight.sensor.belief.reach import Reach
+from ramsight.sensor.circuit.unseen_load import UnseenLoad
 from ramsight.sensor.kind import KINDS, Kind
 from ramsight.sensor.quantity import Quantity
+from ramsight.sensor.report.stated import Beside, stated
 from ramsight.sensor.thresholds import OUTSIDE
 
 from .test_belief_guards import STROKE, bank, contact, hypothesis, value
@@ -124,3 +126,17 @@ def test_under_another_machine_the_way_limits_the_place_less_by_as_much_as_that_
     for kind in KINDS[1:]:
         assert (limits[kind] > abs(off)) == (kind in another), kind
         assert kind in another or limits[kind] == pytest.approx(slack, rel=0.01)
+
+
+def test_the_chance_of_a_large_error_is_asked_for_where_no_reference_is_due_anyway():
+    """Whether a reference is due does not depend on it elsewhere, and its exponentials take a twentieth of a step."""
+    begun, nothing = bank(below=0.35, above=0.35), scalar(0.0)
+    beside = Beside(nothing, UnseenLoad(nothing, nothing), nothing)
+    found = {}
+    for share in (0.5, 1.0, 2.0):
+        settled = value(stated(begun.together, scalar(1.0), begun.reach, beside, scalar(1e-4), nothing).settled)
+        due = scalar(share * settled)
+        said = stated(begun.together, scalar(1.0), begun.reach, beside, scalar(1e-4), due)
+        found[share] = value(said.beyond)
+    assert found[0.5] == 0.0
+    assert found[1.0] == found[2.0] > 0.1

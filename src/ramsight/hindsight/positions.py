@@ -169,6 +169,7 @@ def _recursion(hypotheses: int, stroke: float, integrity: AssumedIntegrity) -> R
             Reach(-shown, stroke - shown, END_GIVES * stroke + ca.sqrt(widest)),
             Beside(given["others"], UnseenLoad(given["unseen"], given["unseen_most"]), given["offset"]),
             scalar(integrity.limit * stroke),
+            scalar(integrity.due * stroke),
         )
         due, uncertain = reference_due(said, integrity, stroke), too_uncertain(said, stroke)
         out = ca.vertcat(said.below, said.above, said.std, said.bound, count(due), count(uncertain))

@@ -8,7 +8,7 @@ from functools import reduce
 
 import casadi as ca
 
-from ramsight.expression import Flag, Real, Scalar, all_of, count, holds, scalar, within
+from ramsight.expression import Condition, Flag, Real, Scalar, all_of, count, holds, scalar, within
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.belief.hypothesis import Hypothesis
 from ramsight.sensor.belief.reach import Reach
@@ -158,20 +158,21 @@ class Mixture:
             above = ca.fmax(above, ca.if_else(counts, up, 0.0))
         return below, above
 
-    def beyond(self, limit: Scalar, width: Scalar, others: Scalar, reach: Reach) -> Scalar:
+    def beyond(self, limit: Scalar, width: Scalar, others: Scalar, reach: Reach, where: Condition = True) -> Scalar:
         """Probability that the error of the position is larger than a limit, whichever hypothesis is true [1].
 
         Args:
             limit: of the error [m].
             width: factor of the filters' standard deviations [1].
             others: variance of the position by what no hypothesis follows [m2].
+            where: whether it is asked for; elsewhere it is 0, and no exponential of it is worked out.
         """
         found, deviations = scalar(0.0), self._deviations(width, others)
         bounds, reaches = self._bounds(deviations), reach.under(self.hypotheses)
         each = zip(self._stated(), self.hypotheses, deviations, bounds, reaches, strict=True)
         for p, h, std, furthest, own in each:  # who has no part in a bound beyond the limit adds less than `RISK`
             beyond = p * own.beyond(h, ca.fmax(std, TINY), limit)
-            found = found + ca.if_else(furthest > limit, beyond, 0.0)
+            found = found + ca.if_else(all_of(where, furthest > limit), beyond, 0.0)
         return found
 
     def bound(self, width: Scalar, others: Scalar) -> Scalar:

@@ -71,8 +71,9 @@ def report(
     unseen_state, unseen = _unseen(state.unseen, sample, step, contact, usual, model)
     shown, offset = _shown(state, at, updated, outcome, model)
     beside = Beside(_others(at, contact, model) + updated.pending**2, unseen, offset)
-    limit = model.assumed.integrity.limit * model.stroke
-    said = stated(bank.limited().together, bank.state.band_width, bank.reach, beside, limit)
+    integrity = model.assumed.integrity
+    limit, due = integrity.limit * model.stroke, integrity.due * model.stroke
+    said = stated(bank.limited().together, bank.state.band_width, bank.reach, beside, limit, due)
     plausibility, implausible = implausible_torque(state.plausibility, sample, step, negated(contact.hold.held), model)
     position = PositionEstimate(outcome.nominal, said, outcome.known)
     conditions = conditions_of(at, updated, outcome.disputed, position, implausible, model)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from ramsight.expression import Scalar
+from ramsight.expression import Scalar, negated
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.belief.mixture import Mixture
 from ramsight.sensor.belief.reach import Reach
@@ -31,7 +31,7 @@ class Stated:
     above: Scalar
     overall: Scalar  # root mean square of the error over all hypotheses [m]
     settled: Scalar  # the same without a load that changes unseen [m]
-    beyond: Scalar  # probability of an error above the limit
+    beyond: Scalar  # probability of an error above the limit; 0 where `settled` is above what is due
     bound: Scalar  # error that no more than `RISK` of the samples exceed [m]
 
     @property
@@ -40,22 +40,24 @@ class Stated:
         return ca.fmax(self.below, self.above) / TWO_SIDED_95
 
 
-def stated(together: Mixture, width: Scalar, reach: Reach, beside: Beside, limit: Scalar) -> Stated:
+def stated(together: Mixture, width: Scalar, reach: Reach, beside: Beside, limit: Scalar, due: Scalar) -> Stated:
     """What is said of a position.
 
     Args:
         width: factor of the filters' standard deviations by references [1].
         limit: of an error [m].
+        due: standard deviation above which a reference is due, whatever the chance of a large error [m].
     """
     unseen = beside.unseen
     seen = unseen.std**2 + beside.others
     below, above = together.band(width, seen, reach)
     spread = ca.fmax(together.variance(reach), 0.0) + beside.others
+    settled = ca.sqrt(spread)
     return Stated(
         below=below,
         above=above,
         overall=ca.sqrt(spread + unseen.std**2),
-        settled=ca.sqrt(spread),
-        beyond=together.beyond(limit, width, seen, reach),
+        settled=settled,
+        beyond=together.beyond(limit, width, seen, reach, where=negated(settled > due)),
         bound=ca.sqrt(together.bound(width, beside.others) ** 2 + unseen.most**2),
     )
