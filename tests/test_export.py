@@ -26,6 +26,7 @@ from ramsight.deploy.c_function import PLAIN, Term
 from ramsight.deploy.c_functions import Handed, functions
 from ramsight.deploy.c_lines import Scribe
 from ramsight.deploy.c_sensor import inputs_of, sensor_source
+from ramsight.deploy.c_stays import staying
 from ramsight.deploy.c_step import by_section, field_of, live_marks
 from ramsight.deploy.compiler import (
     STRICT,
@@ -470,7 +471,7 @@ def _in_place(next_state, before=(2.0, 3.0), on=1.0):
         {0: 0},
     )
     parts = [cut(f"part_{k}", lines) for k, lines in enumerate(scribe.parts(1))]
-    written = functions(parts, scribe.values, {"s": Handed("state"), "w": Handed("work")})
+    written = functions(*staying(parts, scribe.values), {"s": Handed("state"), "w": Handed("work")})
     members = "\n".join(written.work) or "int none;"
     body = "\n".join(written.texts.values())
     program = f"""#include <stdio.h>

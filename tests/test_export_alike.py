@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from ramsight.deploy.c_alike import GATHER, TAKE, Collapsed, collapsed
-from ramsight.deploy.c_cut import Call, Part, Piece, cut
+from ramsight.deploy.c_cut import Call, Case, Part, Piece, cut
 from ramsight.deploy.c_function import PLAIN, Term
 from ramsight.deploy.c_functions import MUCH, Handed, Places, functions
 from ramsight.deploy.c_lines import Line, Scribe, Value
+from ramsight.deploy.c_stays import staying
 from ramsight.deploy.compiler import STRICT, find_compiler, run
 from ramsight.engine.cache import instructions
 from ramsight.engine.graph import graph_of
@@ -19,12 +20,14 @@ COMPILER = find_compiler()
 COUNT = 3
 
 
-def filters(much=40, by_each=False):
+def filters(much=40, by_each=False, of_first=0.0, of_old=0.0):
     """Three filters that are fed alike, weighed against each other, and of which the best restarts the last.
 
     Args:
         much: of what they learn.
         by_each: each learns by a condition of its own, not all by one.
+        of_first: how much each learns of what the first one was.
+        of_old: how much of what each was before it learned is in what it is after it.
     """
     x, u, on = ca.SX.sym("x", COUNT), ca.SX.sym("u"), ca.SX.sym("on")
     learns = on > 0.5
@@ -34,9 +37,10 @@ def filters(much=40, by_each=False):
         value = one
         for k in range(much):
             value = value + 0.01 * ca.sin((k + 1) * value + u)
+        value = value + of_first * fed[0]
         learned.append(ca.if_else(one > 0.5 if by_each else learns, value, one))
     best = ca.fmax(ca.fmax(learned[0], learned[1]), learned[2])
-    after = [0.5 * (one - best) ** 2 + one for one in learned]
+    after = [0.5 * (one - best) ** 2 + one + of_old * (old - best) for one, old in zip(learned, fed, strict=True)]
     after[2] = ca.if_else(after[0] > after[1], after[0], after[2])
     return ca.Function("f", [x, ca.vertcat(u, on)], [ca.vertcat(*after), best, ca.vertcat(*learned)])
 
@@ -59,7 +63,9 @@ def compiled(step, tmp, longest):
         {0: 0},
     )
     parts = [cut(f"part_{k}", lines, longest) for k, lines in enumerate(scribe.parts(1))]
-    written = functions(parts, scribe.values, {"s": Handed("state"), "w": Handed("work"), "one": Handed("of_each")})
+    written = functions(
+        *staying(parts, scribe.values), {"s": Handed("state"), "w": Handed("work"), "one": Handed("of_each")}
+    )
     given = " ".join(f"w.{place} = {name};" for name, place in written.given.items())
     program = "\n".join(
         [
@@ -117,6 +123,46 @@ def test_c_of_functions_says_what_the_graph_says_whatever_is_taken_for_alike(tmp
     assert bool(much) == (longest < 200 and not by_each)
 
 
+@pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
+@pytest.mark.parametrize("longest", [3, 60, 200])
+@pytest.mark.parametrize(
+    ("more", "copied"),
+    [({}, 0), ({"of_first": 0.3}, None), ({"of_old": 0.3}, 1), ({"of_first": 0.3, "of_old": 0.3}, 1)],
+)
+def test_what_a_case_leaves_as_it_was_is_copied_only_where_the_old_one_is_needed(tmp_path, longest, more, copied):
+    """What each was before it learned is needed after it, or when the first one has learned already."""
+    function = filters(**more)
+    graph = graph_of(instructions(function))
+    step = collapsed(graph, [0] * len(graph.nodes), rows_of(graph))
+    samples = np.random.default_rng(2).normal(size=(100, 5))
+    program, written = compiled(step, tmp_path, longest)
+    expected = [np.concatenate([one.full().ravel() for one in function(s[:3], s[3:])[:2]]) for s in samples]
+    np.testing.assert_allclose(said(program, samples), expected, rtol=0, atol=1e-13)
+    text = "\n".join(written.texts.values())
+    if copied is not None:
+        assert len(re.findall(r"^  } else {\n.*each\[k\]", text, flags=re.MULTILINE)) == copied
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_case_that_needs_the_old_value_after_the_new_one_is_set_gets_a_place_for_it(turned):
+    """Two values that change places: the first may not be written where the second is still taken from."""
+    names = ("f1", "r1", "r2", "r3", "r4")
+    values = {name: Value(name, {"f": "flag", "r": "real"}[name[0]], name) for name in names}
+    old, other, new, newer = (values[name] for name in names[1:])
+    first = Piece("first", (Line("const real r1 = 1.0, r2 = 2.0;", (old, other)),), each=False)
+    crossed = [Line("r2", needs=frozenset({"r2"}), sets=new), Line("r1", needs=frozenset({"r1"}), sets=newer)]
+    kept = (Line("r1", needs=frozenset({"r1"}), sets=new), Line("r2", needs=frozenset({"r2"}), sets=newer))
+    comes = Call(Piece("comes", tuple(crossed[::-1] if turned else crossed), each=False))
+    case = Case("f1", frozenset({"f1"}), (comes,), (Call(Piece("stays", kept, each=False)),))
+    last = Piece("last", (Line("use(r3, r4);", needs=frozenset({"r3", "r4"})),), each=False)
+    (part,), placed = staying([Part("part", (Call(first), case, Call(last)))], values)
+    # One of the two is set last, and may have its place.
+    assert [placed["r3"].of, placed["r4"].of] == (["r1", "r4"] if turned else ["r3", "r2"])
+    found = part.calls[1]
+    assert [line.sets.of for line in found.otherwise[0].piece.lines] == [("r4" if turned else "r3")]
+    assert found.condition == "f1"
+
+
 def test_what_is_alike_is_one_operation():
     function = filters()
     graph = graph_of(instructions(function))
@@ -146,14 +192,16 @@ def test_a_step_that_has_nothing_alike_stays_as_it_is():
     assert collapsed(graph, [0, 0], []) == Collapsed(graph, [0, 0])
 
 
-def test_no_value_is_kept_where_another_is_still_needed():
+@pytest.mark.parametrize("more", [{}, {"of_first": 0.3}, {"of_old": 0.3}])
+def test_no_value_is_kept_where_another_is_still_needed(more):
     """Played through: each function finds in every place what the last one that gave it left there."""
-    graph = graph_of(instructions(filters()))
+    graph = graph_of(instructions(filters(**more)))
     step = collapsed(graph, [0] * len(graph.nodes), rows_of(graph))
     scribe = Scribe(step, lambda *at: Term(f"u_{at[0]}_{at[1]}"), lambda *at: "", PLAIN, {})
     parts = [cut(f"part_{k}", lines, 2) for k, lines in enumerate(scribe.parts(1))]
-    places, holds = Places.of(parts, scribe.values), {}
-    inputs = [value for name, value in scribe.values.items() if name.startswith("u_")]
+    parts, values = staying(parts, scribe.values)
+    places, holds = Places.of(parts, values), {}
+    inputs = [value for name, value in values.items() if name.startswith("u_")]
     holds |= {_place(places, value): value.of for value in inputs if value.of in places.slots}
     played = 0
     for part in parts:
@@ -164,7 +212,7 @@ def test_no_value_is_kept_where_another_is_still_needed():
                 holds = dict(before)
                 for piece in (one.piece for one in case):
                     for name in piece.needed:
-                        value = scribe.values[name]
+                        value = values[name]
                         assert holds[_place(places, value)] == value.of
                         played += 1
                     for value in piece.kept_here:

@@ -16,6 +16,7 @@ from ramsight.deploy.c_cut import LONGEST, cut
 from ramsight.deploy.c_function import PLAIN, Term, as_kind, number, result_kinds
 from ramsight.deploy.c_functions import Functions, Handed, functions
 from ramsight.deploy.c_lines import Scribe
+from ramsight.deploy.c_stays import staying
 from ramsight.engine.cache import hold, instructions
 from ramsight.engine.graph import Graph, graph_of, side_by_side
 from ramsight.engine.recursion import Recursion
@@ -64,7 +65,7 @@ def written_step(sensor: VirtualSensor, prefix: str, *, tabled: bool, longest: i
     handed = {name: Handed(f"{prefix}{of}") for name, of in _HANDED.items()}
     if tabled:
         handed["s"] = Handed(prefix, r"\bk_\w")
-    written = functions(cuts, lines.values, handed)
+    written = functions(*staying(cuts, lines.values), handed)
     constants = {n: float(value) for n, value in zip(names, values, strict=True) if n in scribe.used}
     given = _given(sensor)
     begun = [f"w.{place} = {given[name]};" for name, place in written.given.items()]
