@@ -172,7 +172,7 @@ def _state(session: Session, before: str) -> str:
     """What is said of a machine that has not ended."""
     if session.stands:
         return _STANDS
-    return "runs" if session.about else before
+    return "runs" if session.about else session.making or before
 
 
 def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
