@@ -8,13 +8,15 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any
 
-from ramsight.machine.description import Machine
-from ramsight.studio.draft import Problem
-from ramsight.studio.first_start import help_making, helpers, is_made
 from ramsight.studio.spawned import Spawned, taken
-from ramsight.studio.worker import Frame, run
+
+if TYPE_CHECKING:  # what takes a while to load is loaded once a machine's process is on its way
+    from ramsight.machine.description import Machine
+    from ramsight.studio.draft import Problem
+    from ramsight.studio.worker import Frame
 
 STANDS = 2.0  # s without a word, after which a process stands; it speaks twice a second at least
 _WAITING = 4  # frames that wait for a page; older ones are dropped, as of a page that is too slow
@@ -39,7 +41,7 @@ class Session:
 
     def __init__(self, machine: Machine | str, *, waits: bool = False) -> None:
         self._pipe, other = multiprocessing.get_context("spawn").Pipe()
-        self._process = Spawned(run, other, machine, name="ramsight-rig")
+        self._process = Spawned(_run, other, machine, name="ramsight-rig")
         other.close()
         self._helpers = _helped(machine)
         self.about: dict[str, Any] | None = None
@@ -153,11 +155,19 @@ class Session:
         self.ended, self.wrong = said
 
 
+def _run(pipe: Connection, machine: Machine | str) -> None:
+    from ramsight.studio.worker import run
+
+    run(pipe, machine)
+
+
 def _helped(machine: Machine | str) -> list[Spawned]:
     """Processes that compile beside a machine's own, if anything has to be compiled."""
-    if isinstance(machine, str) or is_made(machine):
+    if isinstance(machine, str):
         return []
-    return [Spawned(help_making, machine, name="ramsight-helper") for _ in range(helpers())]
+    from ramsight.studio.first_start import help_making, helpers, is_made
+
+    return [] if is_made(machine) else [Spawned(help_making, machine, name="ramsight-helper") for _ in range(helpers())]
 
 
 MOST = 8

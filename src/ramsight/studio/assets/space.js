@@ -3,10 +3,11 @@
 (() => {
   const AFTER = 1000; // ms that it is still drawn after the last change, so that what is on its way arrives
   const BEGIN = 5000; // ms, in which everything gets there at first
+  const SLOW = 700; // ms, from one picture to the next meanwhile: what makes the machine ready has the processor
   const LEAST = 0.05; // mm
-  let until = 0, last = "";
+  let until = 0, quick = 0, drawn = 0, last = "";
 
-  const wake = (more = AFTER) => { until = Math.max(until, performance.now() + more); };
+  const wake = () => { until = Math.max(until, quick = performance.now() + AFTER); };
 
   // Whatever is done to the page may turn the picture, or change how large an error is in it.
   for (const kind of ["pointerdown", "pointermove", "wheel", "keydown", "resize"]) addEventListener(kind, () => wake(), { passive: true });
@@ -49,11 +50,13 @@
     tint();
     const begun = performance.now();
     studio.watch(own.$el, wake);
-    wake(BEGIN);
+    until = begun + BEGIN;
     studio.pictures = 0;
     renderer.render = (...all) => {
-      if (performance.now() > until || !studio.isSeen(own.$el)) return;
-      if (performance.now() < begun + BEGIN) shadowed(own); // of what has come since
+      const now = performance.now();
+      if (now > until || (now > quick && now < drawn + SLOW) || !studio.isSeen(own.$el)) return;
+      drawn = now;
+      if (now < begun + BEGIN) shadowed(own); // of what has come since
       renderer.shadowMap.needsUpdate = studio.pictures++ % SELDOM === 0;
       render(...all);
     };
