@@ -125,7 +125,7 @@ def make(machine: Machine, tell: Callable[[str], object] = lambda text: None, *,
         for piece in list(left):
             with _alone(keys[piece]) as mine:
                 if mine and not _is_marked(keys[piece]):
-                    tell(_told(piece, keys))
+                    tell(_words(piece, keys))
                     piece.make()
                     keep(keys[piece], {})
                 if mine:
@@ -134,11 +134,11 @@ def make(machine: Machine, tell: Callable[[str], object] = lambda text: None, *,
         if left and not waits:
             return
         if left:
-            tell(_told(left[0], keys))
+            tell(_words(left[0], keys))
             time.sleep(_LOOK)
 
 
-def _told(piece: Piece, keys: dict[Piece, str | None]) -> str:
+def _words(piece: Piece, keys: dict[Piece, str | None]) -> str:
     done = sum(_is_marked(key) for key in keys.values())
     return f"first start: compiling {piece.words}, {done} of {len(keys)} are ready; the next start is quick"
 

@@ -186,7 +186,15 @@ def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
             for name in ("as at first", *VIEWS):
                 button = ui.button(name, on_click=partial(look, name), color=None)
                 button.props("dense no-caps unelevated").classes("latch")
+            _own_view()
     return space, magnified
+
+
+def _own_view() -> None:
+    """A view of the visitor's own, which the browser keeps for this machine."""
+    for name, words, does in (("keep-view", "keep this view", "keepView"), ("kept-view", "kept view", "keptView")):
+        button = ui.button(words, color=None).on("click", js_handler=f"() => studio.{does}()")
+        button.props(f"dense no-caps unelevated id={name}").classes("latch" if does == "keepView" else "latch none")
 
 
 def _circuits(circuits: Mapping[str, str], shown: str) -> None:

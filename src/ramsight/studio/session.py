@@ -27,7 +27,7 @@ class Session:
 
     Args:
         machine: a description, or a catalogue name.
-        waits: whether its time stands until it is told to `go_on`: nobody looks yet.
+        waits: whether its time stands until `go_on`: nobody looks yet.
 
     Attributes:
         about: name, units and strokes; None until it is ready.

@@ -57,7 +57,7 @@ class Frame:
     status: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict)
     factor: float = 0.0  # times faster than life that it really runs
     energy: dict[str, Any] = field(default_factory=dict)  # by unit, as `energy.flows`; empty in most frames
-    # by unit, as `Known.look` of its kalman sensor; empty in most frames
+    # by unit, as `Known.look` of its kalman sensor, with the true place then; empty in most frames
     known: dict[str, Any] = field(default_factory=dict)
     load: float = 0.0  # on the unit [N], or what the mechanism carries [kg]
     lifts: dict[str, Any] = field(default_factory=dict)  # what was weighed, as `Lifts.shown`; empty in most frames
@@ -261,7 +261,7 @@ class _Clock:
             frame.energy = {name: flows(self.rig.sheet[name], account) for name, account in self.rig.accounts.items()}
         if now - self.looked >= _KNOWN:
             self.looked = now
-            frame.known = {name: self.rig.known(name, row.time) for name, row in last.items()}
+            frame.known = {name: self._known(name, row) for name, row in last.items()}
             frame.lifts = {} if self.rig.lifts is None else self.rig.lifts.shown
         frame.marks = self.rig.marks.taken()
         frame.begun, frame.telling = self.restarts, None if self.story is None else self.story.telling
@@ -270,6 +270,11 @@ class _Clock:
         frame.settings |= {"holds_oil": self.rig.holds_oil}
         self.rows = []
         return frame
+
+    def _known(self, name: str, row: Row) -> dict[str, Any] | None:
+        """What the sensor of a unit knows, and where the piston is then: later it is elsewhere."""
+        found = self.rig.known(name, row.time)
+        return None if found is None else found | {"true": _number(1e3 * row.position)}
 
     def _circuit(self, name: str) -> dict[str, float]:
         found = {}
