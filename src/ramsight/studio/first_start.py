@@ -92,8 +92,9 @@ def _plant(parts: Parts) -> None:
 
 
 def is_made(machine: Machine) -> bool:
-    """Whether all of a machine was compiled before, by this version, for this processor."""
-    return all(_is_marked(_key(piece, machine)) for piece in pieces(machine))
+    """Whether nothing of a machine is left to be shared: it was compiled before, or cannot be kept (`key_of`)."""
+    keys = [_key(piece, machine) for piece in pieces(machine)]
+    return None in keys or all(_is_marked(key) for key in keys)
 
 
 def _key(piece: Piece, machine: Machine) -> str | None:
@@ -119,6 +120,8 @@ def make(machine: Machine, tell: Callable[[str], object] = lambda text: None, *,
     Raises:
         RamsightError: what is described cannot be built or simulated.
     """
+    if is_made(machine):
+        return
     keys = {piece: _key(piece, machine) for piece in pieces(machine)}
     left = [piece for piece, key in keys.items() if not _is_marked(key)]
     while left:
@@ -146,9 +149,6 @@ def _words(piece: Piece, keys: dict[Piece, str | None]) -> str:
 @contextmanager
 def _alone(key: str | None) -> Iterator[bool]:
     """Have a piece alone; whether this process has it. Where nothing can be locked, it does."""
-    if key is None:
-        yield True
-        return
     try:
         held = lock(cache_directory() / f"{key}.lock")
     except BlockingIOError:

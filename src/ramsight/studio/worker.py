@@ -8,6 +8,7 @@ import os
 import time
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -87,7 +88,8 @@ def _ready(pipe: Connection, described: Machine) -> Rig:
     """A machine that has made its first sample, with all that it needs compiled."""
     gc.disable()  # a quarter of the time that a graph takes
     try:
-        make(described, lambda text: pipe.send(("making", text)))
+        with suppress(RamsightError):  # the machine itself has the last word
+            make(described, lambda text: pipe.send(("making", text)))
         rig = Rig(described)
         rig.step()
     finally:
