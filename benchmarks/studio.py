@@ -44,20 +44,10 @@ def serve(port: int, **environment: str) -> subprocess.Popen[str]:
     raise RuntimeError("the studio does not serve")
 
 
-def asked(browser: Any, address: str, *, moves: bool = False) -> Any:
-    """A page whose machine is being made ready, and moves all the time then if so wanted."""
-    page = browser.new_context(viewport={"width": 1500, "height": 1500}).new_page()
-    page.goto(f"{address}?play=none{'&duty=lift+and+lower' if moves else ''}", timeout=_PATIENCE)
-    return page
-
-
 def opened(browser: Any, address: str, *, moves: bool = False) -> Any:
     """A page whose machine runs, and moves all the time if so wanted."""
-    return running(asked(browser, address, moves=moves))
-
-
-def running(page: Any) -> Any:
-    """The page once its machine runs."""
+    page = browser.new_context(viewport={"width": 1500, "height": 1500}).new_page()
+    page.goto(f"{address}?play=none{'&duty=lift+and+lower' if moves else ''}", timeout=_PATIENCE)
     page.get_by_text("runs", exact=True).wait_for(timeout=_PATIENCE)
     page.wait_for_function("studio.units.boom && studio.units.boom.time.length > 0", timeout=_PATIENCE)
     return page
@@ -71,12 +61,6 @@ def first_paint(page: Any) -> float:
 def laid_out(page: Any) -> float:
     """From the page being asked for until its levers and strips are there [s]."""
     return float(page.evaluate("studio.laidOut")) / 1e3
-
-
-def named(page: Any) -> float:
-    """From the page being asked for until it names what is compiled [s]."""
-    now = "/compiling/.test(document.getElementById('ready')?.innerText) && performance.now()"
-    return float(page.wait_for_function(now, polling=20, timeout=_PATIENCE).json_value()) / 1e3
 
 
 def watch(page: Any, begun: tuple[float, float]) -> dict[str, float]:
@@ -98,10 +82,7 @@ def starts(browser: Any) -> dict[str, float]:
             port, begun = free_port(), time.monotonic()
             server = serve(port, **kept, PYTHONDONTWRITEBYTECODE="")
             try:
-                page = asked(browser, f"http://127.0.0.1:{port}/")
-                if name == "cold_s":
-                    found["named_s"] = named(page)
-                running(page)
+                page = opened(browser, f"http://127.0.0.1:{port}/")
                 found[name] = time.monotonic() - begun
                 page.context.close()
             finally:
@@ -193,8 +174,7 @@ def table(found: dict[str, Any]) -> list[str]:
     shares = f"{many['slowest_of_life']:.2f} to {many['fastest_of_life']:.2f}"
     rows = [
         ("from the command to a machine that runs, nothing kept of a first start", f"{found['cold_s']:.1f} s"),
-        ("until the page names what is being compiled, from its request", f"{found['named_s']:.1f} s"),
-        ("to a machine that runs, with what a first start has kept", f"{found['warm_s']:.1f} s"),
+        ("the same, with what a first start has kept", f"{found['warm_s']:.1f} s"),
         ("first paint, first and second visitor", ", ".join(paints)),
         (
             "levers and strips there, the same",

@@ -122,7 +122,8 @@ def _first_column(
     """Scenarios, controls or the race, one at a time; above them the machine's state. The newest frame goes last."""
     scenario = setting.scenario
     waits = ui.label("the machine is being made ready …").props("id=ready role=status").classes("text-sm")
-    ui.timer(0.3, lambda: waits.set_text(session.ended or _state(session, waits.text)))
+    latest: list[Frame] = []
+    ui.timer(0.3, lambda: waits.set_text(session.ended or _state(session, waits.text, is_shown=bool(latest))))
     choice = ui.toggle([_STORY, _CONTROLS, _RACE], value=_CONTROLS if scenario is None else _STORY)
     choice.props("no-caps spread dense").classes("w-full")
 
@@ -144,7 +145,7 @@ def _first_column(
         play(scenario)
     for command in setting.commands():
         session.say(*command)
-    return story, controls, race, []
+    return story, controls, race, latest
 
 
 def _query(frame: Frame, name: str | None) -> str:
@@ -168,11 +169,11 @@ def _link(name: str | None, latest: list[Frame], *, can_link: bool) -> None:
         ui.html(_ADDRESS, sanitize=False).classes("w-full")
 
 
-def _state(session: Session, before: str) -> str:
-    """What is said of a machine that has not ended."""
+def _state(session: Session, before: str, *, is_shown: bool) -> str:
+    """What is said of a machine that has not ended; it runs once the page shows it."""
     if session.stands:
         return _STANDS
-    return "runs" if session.about else session.making or before
+    return "runs" if is_shown else session.making or before
 
 
 def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
