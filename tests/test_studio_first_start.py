@@ -198,6 +198,7 @@ def test_a_machine_that_waits_stands_until_somebody_looks():
     time.sleep(0.3)
     assert not first[0].frames()
     with closing(web_server._waiting(first)) as session:
+        session.go_on()
         wait_for(session.frames)
     assert web_server._waiting(first) is None
 

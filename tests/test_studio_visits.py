@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import ramsight
+from ramsight.studio.first_start import helpers
 from ramsight.studio.session import STANDS
 
 from .chromium import nothing, violations, wrong_on
@@ -363,7 +364,7 @@ def test_a_machine_starts_for_who_looks_and_there_is_room_for_so_many(visitor):
         )
         for _ in range(30):
             assert answered(framed)[0] == 403
-        assert workers(server) == [], "no browser has shown anything"
+        assert len(workers(server)) <= 1 + helpers(), "no browser has shown anything: one machine waits for the first"
         pages = [visitor() for _ in range(3)]
         for one in pages:
             one.goto(address)

@@ -32,7 +32,7 @@ def lifts_panel(unit: str) -> None:
             " true mass, which only the studio knows; dashed: what may be lifted there"
         ).classes("text-xs")
         ui.label(f"Nothing is weighed yet. Lift the {unit} steadily for 3 s, then stop.").props("id=lifts-none")
-        ui.element("ul").props('id=lifts-newest role=log aria-label="the newest weighing"')
+        ui.element("ul").props('id=lifts-newest aria-live=polite aria-label="the newest weighing"')
         ui.element("div").props("id=lifts-picture").classes("w-full")
         ui.element("ul").props('id=lifts-before aria-label="weighings before it"')
         ui.element("p").props("id=lifts-total")
@@ -111,7 +111,12 @@ def live_page(
     view = f"studio.strips({json.dumps(strips_known())}, {json.dumps(setting.strips)}); "
     view += f"studio.show({json.dumps(shown)}); "
     view += f"studio.timeline.spanned({json.dumps(setting.span)})"
-    background_tasks.create(_follow(session, client, scene, prepared, show, view, laid_out))
+
+    def there() -> None:
+        _set_going(session, setting)
+        laid_out()
+
+    background_tasks.create(_follow(session, client, scene, prepared, show, view, there))
     lost = None if can_link or name is not None else described.title or described.name
     ui.run_javascript(f"studio.holds('machine', {json.dumps(lost)})")
 
@@ -142,10 +147,17 @@ def _first_column(
         race = RacePanel(session.say, lambda: play(None), controls)
     controls.follow(setting.settings, levers=False)
     if scenario is not None:
-        play(scenario)
+        story.begins(scenario)
+    return story, controls, race, latest
+
+
+def _set_going(session: Session, setting: Setting) -> None:
+    """Let a machine go on in its setting: not before the page is there, which would miss its first seconds."""
+    session.go_on()
+    if setting.scenario is not None:
+        session.say("scenario", setting.scenario)
     for command in setting.commands():
         session.say(*command)
-    return story, controls, race, latest
 
 
 def _query(frame: Frame, name: str | None) -> str:

@@ -95,7 +95,11 @@ class Running:
             return problem(error)
         except RamsightError as error:
             return Problem("", str(error))
-        session = None if prepared is None or self._panel.client.is_deleted else await run.io_bound(Session, machine)
+        session = (
+            None
+            if prepared is None or self._panel.client.is_deleted
+            else await run.io_bound(Session, machine, waits=True)
+        )
         if prepared is None or session is None:
             return Problem("", "the studio has ended, or nobody looks any more")
         while session.about is None and not session.over and not self._panel.client.is_deleted:

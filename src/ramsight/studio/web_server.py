@@ -327,7 +327,7 @@ def _page(
         async with place.changing:
             session = _waiting(first) if chosen is prepared else None
             if session is None:
-                session = await run.io_bound(Session, chosen.described)  # a process takes a while to start
+                session = await run.io_bound(Session, chosen.described, waits=True)  # a process takes a while to start
             place.session = session
         if session is None or client.is_deleted:  # the server goes, or he has gone meanwhile
             return None
@@ -346,7 +346,6 @@ def _waiting(first: list[Session]) -> Session | None:
     if session.over or not session.alive:
         session.close()
         return None
-    session.go_on()
     return session
 
 
