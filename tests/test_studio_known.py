@@ -16,6 +16,7 @@ from ramsight.sensor.virtual_sensor import Estimate
 from ramsight.signals import Signal, Signals
 from ramsight.studio.known import Known, known_along
 from ramsight.studio.rig import Rig
+from ramsight.studio.worker import _Clock
 
 from .conftest import TRACES
 
@@ -174,3 +175,19 @@ def test_along_an_empty_log_nothing_is_known():
     unit = build("mining-loader", "boom")
     log = Signals.of(read_log(TRACES / "boom_441kN_40C.csv.gz")).rows(slice(0, 0))
     assert list(known_along(kalman(unit), log, unit.cylinder.stroke)) == []
+
+
+def test_a_page_gets_where_the_piston_was_when_the_sensor_was_looked_at():
+    described = machine.load_machine("press")
+    rig = Rig(described)
+    rig.levers["ram"] = 1.0
+    clock = _Clock(rig, None, described)
+    for _ in range(50):
+        rig.step()
+    clock.rows = [rig.step() for _ in range(4)]
+    frame = clock._frame(1.0)
+    known = frame.known["ram"]
+    assert known["true"] == frame.columns["ram"]["position"][-1]
+    assert abs(known["position"] - known["true"]) < 1.0
+    clock.rows = [rig.step()]
+    assert not clock._frame(1.05).known, "not every frame looks: the page keeps the place that belongs to the last look"

@@ -25,6 +25,7 @@ PACKAGES = {
     "identify": ("xarray", "scipy", "tomlkit"),
     "opcua": ("asyncua",),
     "study": ("xarray", "scipy", "matplotlib", "zarr"),
+    "studio": ("nicegui",),
 }
 """What is needed of an extra before long work is begun."""
 

@@ -95,7 +95,7 @@ class NativeFunction:
 
     def _file(self, kinds: Kinds) -> tuple[Path, bytes]:
         """Where the machine code is, and all that it depends on."""
-        key = repr((self._name, kinds, llvmlite.__version__, *_target(), _level())).encode()
+        key = repr((self._name, kinds, *made_for())).encode()
         return self._folder / f"{self._name}-{hashlib.sha256(key).hexdigest()[:16]}.o", key
 
     def _load(self, kinds: Kinds) -> Callable[..., int] | None:
@@ -178,6 +178,11 @@ def _optimize(assembly: Any) -> None:
     options = binding.create_pipeline_tuning_options(speed_level=_HIGHEST)
     builder = binding.create_pass_builder(_machine(), options)
     builder.getModulePassManager().run(assembly, builder)
+
+
+def made_for() -> tuple[str | int, ...]:
+    """What machine code depends on beside what it is to do: LLVM, the processor, and how much is optimized."""
+    return (llvmlite.__version__, *_target(), _level())
 
 
 @cache

@@ -32,7 +32,7 @@ def lifts_panel(unit: str) -> None:
             " true mass, which only the studio knows; dashed: what may be lifted there"
         ).classes("text-xs")
         ui.label(f"Nothing is weighed yet. Lift the {unit} steadily for 3 s, then stop.").props("id=lifts-none")
-        ui.element("ul").props('id=lifts-newest role=log aria-label="the newest weighing"')
+        ui.element("ul").props('id=lifts-newest aria-live=polite aria-label="the newest weighing"')
         ui.element("div").props("id=lifts-picture").classes("w-full")
         ui.element("ul").props('id=lifts-before aria-label="weighings before it"')
         ui.element("p").props("id=lifts-total")
@@ -111,7 +111,12 @@ def live_page(
     view = f"studio.strips({json.dumps(strips_known())}, {json.dumps(setting.strips)}); "
     view += f"studio.show({json.dumps(shown)}); "
     view += f"studio.timeline.spanned({json.dumps(setting.span)})"
-    background_tasks.create(_follow(session, client, scene, prepared, show, view, laid_out))
+
+    def there() -> None:
+        _set_going(session, setting)
+        laid_out()
+
+    background_tasks.create(_follow(session, client, scene, prepared, show, view, there))
     lost = None if can_link or name is not None else described.title or described.name
     ui.run_javascript(f"studio.holds('machine', {json.dumps(lost)})")
 
@@ -122,7 +127,8 @@ def _first_column(
     """Scenarios, controls or the race, one at a time; above them the machine's state. The newest frame goes last."""
     scenario = setting.scenario
     waits = ui.label("the machine is being made ready …").props("id=ready role=status").classes("text-sm")
-    ui.timer(0.3, lambda: waits.set_text(session.ended or _state(session, waits.text)))
+    latest: list[Frame] = []
+    ui.timer(0.3, lambda: waits.set_text(session.ended or _state(session, waits.text, is_shown=bool(latest))))
     choice = ui.toggle([_STORY, _CONTROLS, _RACE], value=_CONTROLS if scenario is None else _STORY)
     choice.props("no-caps spread dense").classes("w-full")
 
@@ -141,10 +147,17 @@ def _first_column(
         race = RacePanel(session.say, lambda: play(None), controls)
     controls.follow(setting.settings, levers=False)
     if scenario is not None:
-        play(scenario)
+        story.begins(scenario)
+    return story, controls, race, latest
+
+
+def _set_going(session: Session, setting: Setting) -> None:
+    """Let a machine go on in its setting: not before the page is there, which would miss its first seconds."""
+    session.go_on()
+    if setting.scenario is not None:
+        session.say("scenario", setting.scenario)
     for command in setting.commands():
         session.say(*command)
-    return story, controls, race, []
 
 
 def _query(frame: Frame, name: str | None) -> str:
@@ -168,11 +181,11 @@ def _link(name: str | None, latest: list[Frame], *, can_link: bool) -> None:
         ui.html(_ADDRESS, sanitize=False).classes("w-full")
 
 
-def _state(session: Session, before: str) -> str:
-    """What is said of a machine that has not ended."""
+def _state(session: Session, before: str, *, is_shown: bool) -> str:
+    """What is said of a machine that has not ended; it runs once the page shows it."""
     if session.stands:
         return _STANDS
-    return "runs" if session.about else before
+    return "runs" if is_shown else session.making or before
 
 
 def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
@@ -186,7 +199,15 @@ def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
             for name in ("as at first", *VIEWS):
                 button = ui.button(name, on_click=partial(look, name), color=None)
                 button.props("dense no-caps unelevated").classes("latch")
+            _own_view()
     return space, magnified
+
+
+def _own_view() -> None:
+    """A view of the visitor's own, which the browser keeps for this machine."""
+    for name, words, does in (("keep-view", "keep this view", "keepView"), ("kept-view", "kept view", "keptView")):
+        button = ui.button(words, color=None).on("click", js_handler=f"() => studio.{does}()")
+        button.props(f"dense no-caps unelevated id={name}").classes("latch" if does == "keepView" else "latch none")
 
 
 def _circuits(circuits: Mapping[str, str], shown: str) -> None:

@@ -45,7 +45,7 @@ _RAMP = 1.0  # s, in which a motor gets from rest to its highest speed
 _HEATER = 0.5  # K/s, at most, by which oil is brought to another temperature
 _OIL_EVERY = 5  # samples; in 0.1 s oil changes its temperature by no more than the 0.05 K of `warming.warmed`
 _SHARE = 0.5  # of the highest motor speed at a lever's end: what a machine works with
-_START = 0.4  # of the stroke, where the pistons are at first
+START = 0.4  # of the stroke, where the pistons are at first
 
 
 @dataclass(frozen=True)
@@ -88,12 +88,7 @@ class Rig:
 
     def __init__(self, machine: Machine, period: float = SAMPLE_PERIOD) -> None:
         self.name, self.period = machine.title or machine.name, period
-        self.linked: LinkedMachine | None = None if machine.linkage is None else build_linked(machine)
-        if self.linked is not None:
-            self.sheet: dict[str, HydraulicUnit] = {unit.name: unit for unit in self.linked.units}
-        else:
-            name = next(iter(machine.units))
-            self.sheet = {name: build(machine.unit(name), name)}
+        self.linked, self.sheet = parts_of(machine)
         self._described, self._largest = machine, self._largest_load(machine)
         self.faults: set[str] = set()
         self.begin()
@@ -131,14 +126,9 @@ class Rig:
                 sensors["kalman"].start(None)
 
     def _begin(self) -> None:
-        begin = {name: _START * unit.cylinder.stroke for name, unit in self.sheet.items()}
+        begin = {name: START * unit.cylinder.stroke for name, unit in self.sheet.items()}
         load, warm = self.knobs.load * self._largest, self.knobs.oil_temperature
-        self._plant: LiveMachine | LiveUnit
-        if self.linked is not None:
-            self._plant = LiveMachine(self.linked, begin, dict.fromkeys(begin, warm), load, self.period)
-        else:
-            ((name, unit),) = self.sheet.items()
-            self._plant = LiveUnit(unit, begin[name], load, warm, self.period)
+        self._plant = live_plant(self.linked, self.sheet, begin, warm, load, self.period)
         self._plant.begin_account()
         self._load, self.holds_oil, self._samples, self._entered_at = load, False, 0, 0.0
         self._magnets = self.knobs.magnets
@@ -359,12 +349,7 @@ class Rig:
         most = _HEATER * self.period
         self._magnets += min(max(self.knobs.magnets - self._magnets, -most), most)
         commands = self._commands()
-        now: Instant
-        if isinstance(self._plant, LiveMachine):
-            now = self._plant.advance(speeds, self._load)
-        else:
-            ((speed),) = speeds.values()
-            now = self._plant.advance(speed, self._load)
+        now = advanced(self._plant, speeds, self._load)
         self.inside = self._plant.inside()
         rows, self._heard = {}, math.nan
         for name in self.sheet:
@@ -471,6 +456,59 @@ class Rig:
         if name in self.second and "kalman" in self._last[name]:
             pair = self.sensors[name]["kalman"], self._last[name]["kalman"]
             self._compared[name] = self.second[name].step(said.time, position, *pair)
+
+
+def parts_of(machine: Machine) -> tuple[LinkedMachine | None, dict[str, HydraulicUnit]]:
+    """What runs of a machine: its mechanism with the units that move it, or its first unit alone.
+
+    Raises:
+        DescriptionError: what is described cannot be built.
+    """
+    if machine.linkage is not None:
+        linked = build_linked(machine)
+        return linked, {unit.name: unit for unit in linked.units}
+    name = next(iter(machine.units))
+    return None, {name: build(machine.unit(name), name)}
+
+
+def live_plant(
+    linked: LinkedMachine | None,
+    sheet: Mapping[str, HydraulicUnit],
+    begin: Mapping[str, float],
+    warm: float,
+    load: float,
+    period: float = SAMPLE_PERIOD,
+) -> LiveMachine | LiveUnit:
+    """A machine that waits for its first command.
+
+    Args:
+        linked: its mechanism; None of a unit alone.
+        sheet: its units.
+        begin: where the pistons are [m].
+        warm: temperature of the oil [K].
+        load: on the unit [N], or what the mechanism carries [kg].
+        period: of the samples [s].
+    """
+    if linked is not None:
+        return LiveMachine(linked, begin, dict.fromkeys(begin, warm), load, period)
+    ((name, unit),) = sheet.items()
+    return LiveUnit(unit, begin[name], load, warm, period)
+
+
+def advanced(plant: LiveMachine | LiveUnit, speeds: Mapping[str, float], load: float) -> Instant:
+    """A machine at the next sample.
+
+    Args:
+        speeds: of the motors [rad/s], by unit.
+        load: on the unit [N], or what the mechanism carries [kg].
+
+    Raises:
+        SimulationError: the equations cannot be followed so far.
+    """
+    if isinstance(plant, LiveMachine):
+        return plant.advance(speeds, load)
+    (speed,) = speeds.values()
+    return plant.advance(speed, load)
 
 
 def _sensor(unit: HydraulicUnit, kind: str) -> VirtualSensor:

@@ -8,12 +8,15 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any
 
-from ramsight.machine.description import Machine
-from ramsight.studio.draft import Problem
 from ramsight.studio.spawned import Spawned, taken
-from ramsight.studio.worker import Frame, run
+
+if TYPE_CHECKING:  # what takes a while to load is loaded once a machine's process is on its way
+    from ramsight.machine.description import Machine
+    from ramsight.studio.draft import Problem
+    from ramsight.studio.worker import Frame
 
 STANDS = 2.0  # s without a word, after which a process stands; it speaks twice a second at least
 _WAITING = 4  # frames that wait for a page; older ones are dropped, as of a page that is too slow
@@ -22,8 +25,13 @@ _WAITING = 4  # frames that wait for a page; older ones are dropped, as of a pag
 class Session:
     """One machine that runs for one page.
 
+    Args:
+        machine: a description, or a catalogue name.
+        waits: whether its time stands until `go_on`: nobody looks yet.
+
     Attributes:
         about: name, units and strokes; None until it is ready.
+        making: what is being compiled for it, in words; "" as long as nothing is.
         ended: why it has ended, in words; "" while it has not.
         wrong: what of its description cannot run, where that is why it has ended.
         refused: why it did not do the last thing that it could not do; "" at first.
@@ -31,18 +39,25 @@ class Session:
         dropped: frames that the page was too slow for.
     """
 
-    def __init__(self, machine: Machine | str) -> None:
+    def __init__(self, machine: Machine | str, *, waits: bool = False) -> None:
         self._pipe, other = multiprocessing.get_context("spawn").Pipe()
-        self._process = Spawned(run, other, machine, name="ramsight-rig")
+        self._process = Spawned(_run, other, machine, name="ramsight-rig")
         other.close()
+        self._helpers = _helped(machine)
         self.about: dict[str, Any] | None = None
-        self.ended, self.refused, self.dropped = "", "", 0
+        self.making, self.ended, self.refused, self.dropped = "", "", "", 0
         self.wrong: Problem | None = None
         self.saved: dict[str, bytes | str] = {}
         self._frames: deque[Frame] = deque()
         self._heard = time.monotonic()
         self._lock, self._closed = threading.Lock(), False
         threading.Thread(target=self._listen, daemon=True, name="ramsight-listen").start()
+        if waits:
+            self.say("factor", 0.0)
+
+    def go_on(self) -> None:
+        """Let its time go on."""
+        self.say("factor", 1.0)
 
     @property
     def process(self) -> int | None:
@@ -84,10 +99,12 @@ class Session:
         with self._lock:
             self._closed = True
         self._process.end(ask=False)
+        self._end_helpers()
         self._pipe.close()
 
     def _listen(self) -> None:
         take: dict[str, Callable[[Any], None]] = {
+            "making": self._made,
             "ready": self._ready,
             "frame": self._frame,
             "ended": self._ended,
@@ -104,8 +121,16 @@ class Session:
             if not self.ended and not self._closed:
                 self.ended = "the machine's process has ended"
 
+    def _made(self, text: str) -> None:
+        self.making = text
+
     def _ready(self, about: dict[str, Any]) -> None:
+        self._end_helpers()
         self.about = about
+
+    def _end_helpers(self) -> None:
+        for one in self._helpers:
+            one.end()
 
     def _frame(self, frame: Frame) -> None:
         """Let a frame wait; the marks of one that is dropped for it come with it."""
@@ -128,6 +153,21 @@ class Session:
 
     def _ended(self, said: tuple[str, Problem | None]) -> None:
         self.ended, self.wrong = said
+
+
+def _run(pipe: Connection, machine: Machine | str) -> None:
+    from ramsight.studio.worker import run
+
+    run(pipe, machine)
+
+
+def _helped(machine: Machine | str) -> list[Spawned]:
+    """Processes that compile beside a machine's own, if anything has to be compiled."""
+    if isinstance(machine, str):
+        return []
+    from ramsight.studio.first_start import help_making, helpers, is_made
+
+    return [] if is_made(machine) else [Spawned(help_making, machine, name="ramsight-helper") for _ in range(helpers())]
 
 
 MOST = 8

@@ -95,7 +95,11 @@ class Running:
             return problem(error)
         except RamsightError as error:
             return Problem("", str(error))
-        session = None if prepared is None or self._panel.client.is_deleted else await run.io_bound(Session, machine)
+        session = (
+            None
+            if prepared is None or self._panel.client.is_deleted
+            else await run.io_bound(Session, machine, waits=True)
+        )
         if prepared is None or session is None:
             return Problem("", "the studio has ended, or nobody looks any more")
         while session.about is None and not session.over and not self._panel.client.is_deleted:
@@ -149,12 +153,14 @@ def tabs(
         for name in TABS:
             ui.tab(name)
     with ui.tab_panels(row, value=TABS[0], keep_alive=True).classes("w-full bg-transparent"):
-        live = Running(
-            ui.tab_panel(TABS[0]), prepared, session, place, naming, setting, lambda: row.set_value(setting.tab)
-        )
+        live = Running(ui.tab_panel(TABS[0]), prepared, session, place, naming, setting, lambda: begin())
         for name, build in _LATER.items():
             with ui.tab_panel(name) as panel:
                 waiting[name] = panel, build
+
+    def begin() -> None:
+        if row.value == TABS[0]:  # a visitor may have turned to another one meanwhile
+            row.set_value(setting.tab)
 
     def opened(name: str) -> None:
         for one in (_DESCRIBED, name):  # the others work with what the browser kept of the description

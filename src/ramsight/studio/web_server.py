@@ -16,8 +16,8 @@ from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
 from ramsight.errors import RamsightError, one_line
 from ramsight.machine import load_machine
 from ramsight.machine.description import Machine
-from ramsight.optional import needing
-from ramsight.studio.session import MOST, Place, Visitors
+from ramsight.optional import check_extra, needing
+from ramsight.studio.session import MOST, Place, Session, Visitors
 
 with needing("studio"):
     from uvicorn.protocols.http.auto import AutoHTTPProtocol
@@ -238,6 +238,19 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
         UnknownNameError: there is no such machine.
     """
     described = load_machine(machine)
+    check_extra("studio")
+    first = [Session(described, waits=True)]  # is made ready while the server begins and the browser loads the page
+    try:
+        _serve(described, first, host, port, show, visitors, history)
+    finally:
+        for session in first:
+            session.close()
+
+
+def _serve(
+    described: Machine, first: list[Session], host: str, port: int, show: bool, visitors: int, history: str | None
+) -> None:
+    """Serve; `first` has the machine of the first visitor who asks for none by name."""
     with needing("studio"):
         from nicegui import app, ui
     from starlette.middleware.gzip import GZipMiddleware
@@ -247,7 +260,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
     app.add_static_files("/studio-assets", ASSETS)
     app.storage.max_tab_storage_age = _FORGOTTEN
     title = title_of(described)
-    ui.page("/", title=title, reconnect_timeout=_GONE)(_page(described, Visitors(visitors), history))
+    ui.page("/", title=title, reconnect_timeout=_GONE)(_page(described, Visitors(visitors), history, first))
     print(one_line(f"ramsight studio: {address(host, port, token)}"), flush=True)
     ui.run(
         http=ClosingProtocol,
@@ -265,18 +278,20 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
     )
 
 
-def _page(described: Machine, room: Visitors, history: str | None) -> Callable[[], Awaitable[Any]]:
+def _page(
+    described: Machine, room: Visitors, history: str | None, first: list[Session]
+) -> Callable[[], Awaitable[Any]]:
     """What answers a browser that asks for the page.
 
     Args:
         described: the machine, unless a link asks for another.
         history: store of histories that a tab shows; None for none.
+        first: its machine, which waits for a visitor; empty once he has come.
     """
     from nicegui import background_tasks, run, ui
     from starlette.responses import PlainTextResponse, Response
 
     from ramsight.studio.prepared import Prepared, prepare
-    from ramsight.studio.session import Session
     from ramsight.studio.setting import read_setting, with_unit
     from ramsight.studio.tabs import tabs
 
@@ -310,7 +325,9 @@ def _page(described: Machine, room: Visitors, history: str | None) -> Callable[[
         place = Place(room)
         client.on_delete(lambda: background_tasks.create(place.leave()))
         async with place.changing:
-            session = await run.io_bound(Session, chosen.described)  # a process takes a while to start
+            session = _waiting(first) if chosen is prepared else None
+            if session is None:
+                session = await run.io_bound(Session, chosen.described, waits=True)  # a process takes a while to start
             place.session = session
         if session is None or client.is_deleted:  # the server goes, or he has gone meanwhile
             return None
@@ -319,6 +336,17 @@ def _page(described: Machine, room: Visitors, history: str | None) -> Callable[[
         return None
 
     return page
+
+
+def _waiting(first: list[Session]) -> Session | None:
+    """A machine that waits for a visitor; None if there is none, or its process has ended."""
+    if not first:
+        return None
+    session = first.pop()
+    if session.over or not session.alive:
+        session.close()
+        return None
+    return session
 
 
 def _head(request: Any, title: str) -> Any:

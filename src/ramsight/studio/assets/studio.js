@@ -150,7 +150,7 @@ window.studio = (() => {
     f.oil[shown].forEach((celsius, at) => set(["now-pumps", "now-tank"][at], celsius.toFixed(1)));
     if (f.factor !== null) set("now-factor", f.factor.toFixed(1));
     if (f.energy[shown]) studio.energy(f.energy[shown]);
-    if (shown in f.known) studio.knows(f.known[shown], last.position[k]);
+    if (shown in f.known) studio.knows(f.known[shown], f.known[shown]?.true ?? null);
     studio.lifts(f.lifts);
     studio.race(f);
     if (!waiting) { waiting = true; requestAnimationFrame(() => { draw(); drawn += 1; }); }
