@@ -511,6 +511,14 @@ def test_an_obstacle_stops_the_piston_and_lets_it_go_again(press):
     assert run(press, 4.0)[-1]["ram"].position > begun + 0.05
 
 
+def test_an_obstacle_that_the_piston_has_passed_lets_it_come_back_and_then_stands(press):
+    begun = press.step()["ram"].position
+    press.obstruct({"ram": begun - 0.02})
+    assert run(press, 1.0)[-1]["ram"].position == pytest.approx(begun, abs=2e-3), "nothing throws it back"
+    assert run(press, 4.0, ram=-0.5)[-1]["ram"].position < begun - 0.03
+    assert run(press, 6.0, ram=0.5)[-1]["ram"].position == pytest.approx(begun - 0.02, abs=3e-3)
+
+
 def test_sensors_are_switched_on_where_the_piston_is_and_off(press):
     run(press, 1.0, ram=0.5)
     press.sense("balance", on=False)

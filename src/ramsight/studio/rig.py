@@ -116,6 +116,7 @@ class Rig:
         self._references: dict[str, float] = {}
         self._frozen: dict[str, float] = {}
         self._obstacles: dict[str, float] = {}
+        self._passed: set[str] = set()  # units whose piston is still beyond its obstacle, which lets it come back
         self._drives: dict[str, LiveDrive] = {}
         self._said: tuple[float, float, float] | None = None
         self.second: dict[str, Transducer] = {}
@@ -252,9 +253,11 @@ class Rig:
         """Put obstacles in the way of extending pistons.
 
         Args:
-            places: where they stand [m], by unit; none anywhere else.
+            places: where they stand [m], by unit; none anywhere else. One that a piston has passed already stands there
+                once the piston is back.
         """
         self._obstacles = dict(places)
+        self._passed = {name for name, place in places.items() if self._at[name] > place}
         self._apply(self.knobs)
 
     def _power(self, *, on: bool) -> None:
@@ -296,7 +299,8 @@ class Rig:
     def _in_the_way(self, name: str, worn: HydraulicUnit, prefix: str) -> dict[str, float]:
         """An obstacle, as an end stop nearer than the cylinder's; what is beyond it stays in the chamber."""
         cylinder = worn.cylinder
-        place = min(self._obstacles.get(name, math.inf), cylinder.stroke)
+        obstacle = math.inf if name in self._passed else self._obstacles.get(name, math.inf)
+        place = min(obstacle, cylinder.stroke)
         beyond = cylinder.area_b * (cylinder.stroke - place)
         of = f"{prefix}{cylinder.name}"
         return {f"{of}.stroke": place, f"{of}.dead_volume_b": cylinder.dead_volume_b + beyond}
@@ -364,6 +368,10 @@ class Rig:
             silent = "power" in self.faults
             said, second = ({}, None) if silent else (dict(self._last[name]), self._compared.get(name))
             rows[name] = Row(now.time, now.position[name], *truth, *chambers, said, second)
+        back = {name for name in self._passed if self._at[name] <= self._obstacles[name]}
+        if back:
+            self._passed -= back
+            self._apply(self.knobs)
         self._weigh(now.time)
         self._samples += 1
         if self._samples % _OIL_EVERY == 0:
