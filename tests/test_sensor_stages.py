@@ -537,8 +537,8 @@ def test_before_the_first_sample_the_slow_temperature_is_the_reported_one():
 def test_leakage_is_scaled_by_what_is_learned():
     _, law = leakage_law(LeakageState(temperature=ca.SX(311.15), age=ca.SX(60.0)), sample(), ca.SX(60.0), THIN)
     learned = {Quantity.LAG: 10.0, Quantity.EXPONENT: 0.2, Quantity.WARMER: 4.0, Quantity.LEAKAGE: 1.5}
-    power = 0.2 * math.log(0.5) + 4.0 * 0.05
-    assert value(law.scale(learned)) == pytest.approx((1.0 + 10.0 * value(law.rate)) * math.exp(power))
+    power = 10.0 * value(law.rate) + 0.2 * math.log(0.5) + 4.0 * 0.05
+    assert value(law.scale(learned)) == pytest.approx(math.exp(power))
 
 
 # Counter and power of a drive of 100 N m at 200 rad/s, 20 kW: 2 % of copper and 1 % of iron losses.

@@ -1,13 +1,13 @@
 """Oil that is lost: how leakage changes while the machine works, what closed valves let by, pumps that starve.
 
-    leak = factor * (1 + lag * r) * exp(-warmer * d ln(nu)/dT) * (p / p_ref)^(-e),   r = -d ln(nu)/dt
+    leak = factor * exp(lag * d ln(nu)/dt - warmer * d ln(nu)/dT) * (p / p_ref)^(-e)
 
 The described leakage takes the reported temperature for that of the oil in the pumps' gaps. A thermometer in the tank
-lags by `lag` (in oil that cools, r < 0, leakage is 1/(1 - lag * r) as large), and the oil in the gaps may be `warmer`
-all the time: in cold oil each kelvin is 6 % of leakage, in warm oil 3 %, so that a machine that warms up shows which it
-is. And leakage has a law of pressure, laminar gaps as a rule, in which it is proportional to the pressure; where a part
-of it passes orifices, seals or wider gaps it grows otherwise, by an exponent `e` less. All are quantities that the
-filter learns (`bank`). The pressure is that of the torque.
+lags by `lag`, and the oil in the gaps may be `warmer` all the time: in cold oil each kelvin is 6 % of leakage, in warm
+oil 3 %, so that a machine that warms up shows which it is. And leakage has a law of pressure, laminar gaps as a
+rule, in which it is proportional to the pressure; where a part of it passes orifices, seals or wider gaps it grows
+otherwise, by an exponent `e` less. All are quantities that the filter learns (`bank`). The pressure is that of the
+torque.
 """
 
 from __future__ import annotations
@@ -58,23 +58,12 @@ class Leakage:
 
     def scale(self, learned: Values) -> Scalar:
         """Leakage over that by its factor [1]."""
-        power = learned[Quantity.EXPONENT] * self.by_exponent
+        power = learned[Quantity.LAG] * self.rate + learned[Quantity.EXPONENT] * self.by_exponent
         if Quantity.WARMER in learned:
             power = power + learned[Quantity.WARMER] * self.per_kelvin
         # No law makes more of a leakage than lies between the tightest and the leakiest pump.
-        most = LEAK_FACTOR_MOST / LEAK_FACTOR_LEAST
-        by_law = ca.exp(within(power, -math.log(most), math.log(most)))
-        by_lag, _ = self._by_lag(learned[Quantity.LAG])
-        return within(by_lag * by_law, 1.0 / most, most)
-
-    def _by_lag(self, lag: Scalar) -> tuple[Scalar, Scalar]:
-        """By what leakage is larger than at the reported temperature, and the derivative of its logarithm [1/s].
-
-        In proportion to the lag while oil warms up: then what an end tells of the lag, it tells at any distance.
-        """
-        grown = ca.fabs(lag * self.rate)
-        warms = lag * self.rate > 0.0
-        return ca.if_else(warms, 1.0 + grown, 1.0 / (1.0 + grown)), self.rate / (1.0 + grown)
+        most = math.log(LEAK_FACTOR_MOST / LEAK_FACTOR_LEAST)
+        return ca.exp(within(power, -most, most))
 
     def factors(self, learned: Values) -> list[Scalar]:
         """Factors of the balance at this sample, in its order [1]."""
@@ -91,8 +80,7 @@ class Leakage:
         factor = learned[Quantity.LEAKAGE] * scale
         found = {of: by[name] for name, of in FACTOR_OF.items()}
         found[Quantity.LEAKAGE] = by["leak"] * scale
-        _, by_lag = self._by_lag(learned[Quantity.LAG])
-        found[Quantity.LAG] = by["leak"] * factor * by_lag
+        found[Quantity.LAG] = by["leak"] * factor * self.rate
         found[Quantity.EXPONENT] = by["leak"] * factor * self.by_exponent
         if Quantity.WARMER in learned:
             found[Quantity.WARMER] = by["leak"] * factor * self.per_kelvin
