@@ -172,7 +172,7 @@ def test_a_bound_holds_what_a_load_may_do_that_nobody_sees(most):
     together, width = known.limited().together, known.state.band_width
     alone = value(together.bound(width, scalar(1e-6)))
     beside = Beside(scalar(1e-6), UnseenLoad(ca.SX(0.0), ca.SX(most)), scalar(0.0))
-    said = stated(together, width, known.reach, beside, 0.05)
+    said = stated(together, width, known.reach, beside, 0.05, 0.1)
     assert value(said.bound) == pytest.approx(math.hypot(alone, most))
     assert alone > 4.0 * 2e-3
 
@@ -280,7 +280,7 @@ def test_what_else_is_uncertain_of_a_position_widens_all_that_is_said_of_it():
 
     def said(others):
         beside = Beside(scalar(others), UnseenLoad(ca.SX(0.0), ca.SX(0.0)), scalar(0.0))
-        return stated(together, width, known.reach, beside, 0.01)
+        return stated(together, width, known.reach, beside, 0.01, 0.1)
 
     without, alone = said(0.0), said(1e-4)
     for name in ("below", "above", "overall", "settled", "beyond", "bound"):

@@ -407,11 +407,11 @@ def test_the_position_has_to_be_within_the_stated_share_of_the_stroke(units, mon
     asked = []
 
     def watched(*given):
-        asked.append(given[-1])
+        asked.append(given[-2:])
         return stated(*given)
 
     monkeypatch.setattr(report_stage, "stated", watched)
     pipe = Pipe.of(next(iter(units.values())))
     pipe.passage()
-    share = ca.jacobian(asked[0], pipe.model.stroke)
-    assert float(ca.evalf(share)) == pipe.model.assumed.integrity.limit
+    limit, due = (float(ca.evalf(ca.jacobian(one, pipe.model.stroke))) for one in asked[0])
+    assert (limit, due) == (pipe.model.assumed.integrity.limit, pipe.model.assumed.integrity.due)
