@@ -15,8 +15,12 @@ def test_machines_are_never_more_than_places_others_are_served_and_nothing_is_le
     monkeypatch.setattr(load, "LIMIT", 1)
     monkeypatch.setattr(load, "WAITED", 5.0)  # tests share their computer with others
     monkeypatch.setattr(load, "_AT_ONCE", 5)
-    prepared, rng = load.Prepared(studio, studio.kept(), None), np.random.default_rng(1)
     try:
+        first = load.Visitor(studio)  # takes the machine that waits for him
+        first.sees(60.0)
+        first.drop()
+        assert studio.settled(40.0) == 0
+        prepared, rng = load.Prepared(studio, studio.kept(), None), np.random.default_rng(1)
         found, said = load.judged(prepared, partial(load.frames, prepared, 30))
         assert found == {load.REFUSED: 30}, said
         found, said = load.judged(prepared, partial(load.vanishing, studio, rng, 20))
