@@ -5,7 +5,7 @@ What is done for each of several is a function as well, called once for each of 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from ramsight.deploy.c_lines import C_TYPES, Fork, Line, Value
@@ -46,6 +46,16 @@ class Call:
 
     piece: Piece
 
+    @property
+    def needs(self) -> frozenset[str]:
+        """Names of the values that decide whether it is called: none."""
+        return frozenset()
+
+    @property
+    def pieces(self) -> tuple[Piece, ...]:
+        """Its function."""
+        return (self.piece,)
+
 
 @dataclass(frozen=True)
 class Case:
@@ -56,6 +66,11 @@ class Case:
     # then, otherwise: calls of either case
     then: tuple[Call, ...]
     otherwise: tuple[Call, ...]
+
+    @property
+    def pieces(self) -> tuple[Piece, ...]:
+        """Functions of both cases, in order."""
+        return tuple(one.piece for one in (*self.then, *self.otherwise))
 
 
 @dataclass(frozen=True)
@@ -68,8 +83,26 @@ class Part:
     def pieces(self) -> Iterator[Piece]:
         """Its functions, in order."""
         for call in self.calls:
-            inner = (call,) if isinstance(call, Call) else (*call.then, *call.otherwise)
-            yield from (one.piece for one in inner)
+            yield from call.pieces
+
+
+def lives(
+    used: Iterable[tuple[Iterable[str], Sequence[Piece]]], values: Mapping[str, Value]
+) -> tuple[dict[str, int], dict[str, int]]:
+    """Numbers of the uses that give a value first, and that need it last, by the name under which it is kept.
+
+    Args:
+        used: names of values that are needed beside, and functions, in order.
+        values: of the step, by name.
+    """
+    first, last = dict[str, int](), dict[str, int]()
+    for number, (needs, pieces) in enumerate(used):
+        for piece in pieces:
+            for value in piece.kept_here:
+                first.setdefault(value.of, number)
+        names = (*needs, *(name for piece in pieces for name in piece.needed))
+        last |= {values[name].of: number for name in names}
+    return first, last
 
 
 def cut(name: str, items: Iterable[Line | Fork], longest: int = LONGEST) -> Part:

@@ -12,7 +12,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from ramsight.deploy.c_cut import Call, Case, Part, Piece
+from ramsight.deploy.c_cut import Call, Case, Part, Piece, lives
 from ramsight.deploy.c_lines import C_TYPES, Value
 
 MUCH = 4
@@ -155,7 +155,7 @@ class Places:
         Args:
             values: of the step, by name.
         """
-        first, last = _lives(parts, values)
+        first, last = lives((found for part in parts for call in part.calls for found in _in_order(call)), values)
         kinds: dict[str, Kind] = {value.of: (value.one is not None, value.kind) for value in values.values()}
         free: dict[Kind, list[int]] = defaultdict(list)
         sizes: dict[Kind, int] = defaultdict(int)
@@ -188,21 +188,7 @@ class Places:
         return f"one->{slot}" if value.one < 0 else f"w->each[{value.one}].{slot}"
 
 
-def _lives(parts: Sequence[Part], values: Mapping[str, Value]) -> tuple[dict[str, int], dict[str, int]]:
-    """Numbers of the functions that give a value first, and that need it last."""
-    first, last = dict[str, int](), dict[str, int]()
-    called = (found for part in parts for call in part.calls for found in _in_order(call))
-    for number, (piece, conditions) in enumerate(called):
-        for value in piece.kept_here:
-            first.setdefault(value.of, number)
-        last |= {values[name].of: number for name in (*conditions, *piece.needed)}
-    return first, last
-
-
-def _in_order(call: Call | Case) -> Iterator[tuple[Piece, frozenset[str]]]:
+def _in_order(call: Call | Case) -> Iterator[tuple[frozenset[str], tuple[Piece]]]:
     """Functions in order, the first of a case with the values of its condition."""
-    if isinstance(call, Call):
-        yield call.piece, frozenset()
-        return
-    for k, one in enumerate((*call.then, *call.otherwise)):
-        yield one.piece, call.needs if k == 0 else frozenset()
+    for k, piece in enumerate(call.pieces):
+        yield call.needs if k == 0 else frozenset(), (piece,)

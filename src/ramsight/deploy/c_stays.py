@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from ramsight.deploy.c_cut import Call, Case, Part, Piece
+from ramsight.deploy.c_cut import Call, Case, Part, lives
 from ramsight.deploy.c_lines import Line, Value
 
 
@@ -19,9 +19,9 @@ def staying(parts: Sequence[Part], values: Mapping[str, Value]) -> tuple[list[Pa
     Args:
         values: of the step, by name.
     """
-    found = _Keeper(values)
-    found.read(parts)
-    for number, call in enumerate(found.calls):
+    calls = [call for part in parts for call in part.calls]
+    found = _Keeper(values, *lives(((call.needs, call.pieces) for call in calls), values))
+    for number, call in enumerate(calls):
         if isinstance(call, Case):
             found.merge(number, call)
     placed = {name: found.placed(value) for name, value in values.items()}
@@ -34,24 +34,10 @@ class _Keeper:
     """What is known of where values are kept."""
 
     values: Mapping[str, Value]
-    calls: list[Call | Case] = field(default_factory=list)  # of all parts, in order
     # first, last: numbers of the calls that make what is kept under a name first, and that need it last
-    first: dict[str, int] = field(default_factory=dict)
-    last: dict[str, int] = field(default_factory=dict)
+    first: dict[str, int]
+    last: dict[str, int]
     instead: dict[str, str] = field(default_factory=dict)  # under which other name something is kept, by its own
-
-    def read(self, parts: Sequence[Part]) -> None:
-        """Take the calls of all parts."""
-        for part in parts:
-            for call in part.calls:
-                number = len(self.calls)
-                self.calls.append(call)
-                for piece in _pieces(call):
-                    for value in piece.kept_here:
-                        self.first.setdefault(value.of, number)
-                    self.last |= {self.values[name].of: number for name in piece.needed}
-                if isinstance(call, Case):
-                    self.last |= {self.values[name].of: number for name in call.needs}
 
     def of(self, value: Value) -> str:
         """The name under which a value is kept."""
@@ -120,9 +106,3 @@ class _Keeper:
     def _line(self, line: Line) -> Line:
         sets = None if line.sets is None else self.placed(line.sets)
         return replace(line, sets=sets, gives=tuple(map(self.placed, line.gives)))
-
-
-def _pieces(call: Call | Case) -> Iterator[Piece]:
-    """Functions of a call, in order."""
-    inner = (call,) if isinstance(call, Call) else (*call.then, *call.otherwise)
-    yield from (one.piece for one in inner)
