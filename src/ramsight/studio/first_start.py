@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import NamedTuple
 
 from ramsight.calibration.sensors import sensor_for
 from ramsight.duty.simulate import SAMPLE_PERIOD
@@ -30,21 +29,16 @@ from ramsight.system import lock, processors
 
 _LOOK = 0.05  # s, from one look at what other processes make to the next
 _MOST = 2  # processes that help: a machine has three large pieces
-_LONGEST_FIRST = ("kalman", "machine", "balance", "weighing")
 _WORDS = {
-    "kalman": "the kalman sensor of the {unit}", "balance": "the balance of the {unit}",
-    "machine": "the machine's equations", "weighing": "the weighing",
-}  # fmt: skip
-
+    "kalman": "the kalman sensor of the {unit}",
+    "machine": "the machine's equations",
+    "balance": "the balance of the {unit}",
+    "weighing": "the weighing",
+}
+"""Of each kind of piece, what takes longest first."""
 
 Parts = Callable[[], tuple[LinkedMachine | None, dict[str, HydraulicUnit]]]
 """Gives what runs of a machine."""
-
-
-class _Kind(NamedTuple):
-    kind: str
-    unit: str  # "" of what is the whole machine's
-    make: Callable[[], object]
 
 
 @dataclass(frozen=True)
@@ -66,14 +60,15 @@ def pieces(machine: Machine) -> list[Piece]:
     """
     units = [next(iter(machine.units))] if machine.linkage is None else list(machine.linkage.cylinders)
     parts = cache(partial(parts_of, machine))
-    found = [_Kind(kind, unit, partial(_sensor, parts, unit, kind)) for kind in SENSORS for unit in units]
-    found.append(_Kind("machine", "", partial(_plant, parts)))
+    made = {kind: [_piece(kind, partial(_sensor, parts, unit, kind), unit) for unit in units] for kind in SENSORS}
+    made["machine"] = [_piece("machine", partial(_plant, parts))]
     if machine.linkage is not None and machine.linkage.payload is not None:
-        found.append(_Kind("weighing", "", partial(Lifts, machine, SAMPLE_PERIOD)))
-    found.sort(key=lambda one: _LONGEST_FIRST.index(one.kind))
-    return [
-        Piece("_".join(filter(None, (kind, unit))), _WORDS[kind].format(unit=unit), make) for kind, unit, make in found
-    ]
+        made["weighing"] = [_piece("weighing", partial(Lifts, machine, SAMPLE_PERIOD))]
+    return [piece for kind in _WORDS for piece in made.get(kind, ())]
+
+
+def _piece(kind: str, make: Callable[[], object], unit: str = "") -> Piece:
+    return Piece("_".join(filter(None, (kind, unit))), _WORDS[kind].format(unit=unit), make)
 
 
 def _sensor(parts: Parts, name: str, kind: str) -> None:
@@ -93,8 +88,17 @@ def _plant(parts: Parts) -> None:
 
 def is_made(machine: Machine) -> bool:
     """Whether nothing of a machine is left to be shared: it was compiled before, or cannot be kept (`key_of`)."""
-    keys = [_key(piece, machine) for piece in pieces(machine)]
-    return None in keys or all(_is_marked(key) for key in keys)
+    return not _left(_keys(machine))
+
+
+def _keys(machine: Machine) -> dict[Piece, str | None]:
+    """Of each piece the key of its mark."""
+    return {piece: _key(piece, machine) for piece in pieces(machine)}
+
+
+def _left(keys: dict[Piece, str | None]) -> list[Piece]:
+    """Pieces that have to be made; none of a machine that cannot be kept."""
+    return [] if None in keys.values() else [piece for piece, key in keys.items() if not _is_marked(key)]
 
 
 def _key(piece: Piece, machine: Machine) -> str | None:
@@ -120,10 +124,8 @@ def make(machine: Machine, tell: Callable[[str], object] = lambda text: None, *,
     Raises:
         RamsightError: what is described cannot be built or simulated.
     """
-    if is_made(machine):
-        return
-    keys = {piece: _key(piece, machine) for piece in pieces(machine)}
-    left = [piece for piece, key in keys.items() if not _is_marked(key)]
+    keys = _keys(machine)
+    left = _left(keys)
     while left:
         for piece in list(left):
             with _alone(keys[piece]) as mine:

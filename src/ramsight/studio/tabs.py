@@ -152,15 +152,16 @@ def tabs(
     with ui.tabs().classes("w-full") as row:
         for name in TABS:
             ui.tab(name)
-    with ui.tab_panels(row, value=TABS[0], keep_alive=True).classes("w-full bg-transparent"):
-        live = Running(ui.tab_panel(TABS[0]), prepared, session, place, naming, setting, lambda: begin())
-        for name, build in _LATER.items():
-            with ui.tab_panel(name) as panel:
-                waiting[name] = panel, build
 
     def begin() -> None:
         if row.value == TABS[0]:  # a visitor may have turned to another one meanwhile
             row.set_value(setting.tab)
+
+    with ui.tab_panels(row, value=TABS[0], keep_alive=True).classes("w-full bg-transparent"):
+        live = Running(ui.tab_panel(TABS[0]), prepared, session, place, naming, setting, begin)
+        for name, build in _LATER.items():
+            with ui.tab_panel(name) as panel:
+                waiting[name] = panel, build
 
     def opened(name: str) -> None:
         for one in (_DESCRIBED, name):  # the others work with what the browser kept of the description
